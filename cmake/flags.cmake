@@ -1,0 +1,24 @@
+# One target carries the flags of all our code, so that every backend is compiled alike and timings compare.
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(lacuna_flags INTERFACE)
+target_compile_features(lacuna_flags INTERFACE cxx_std_20)
+target_compile_options(lacuna_flags INTERFACE
+  -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+  # Same bits for every build of one source: no fused multiply-add unless it is written.
+  -ffp-contract=off -fno-math-errno
+  -fno-semantic-interposition)
+if(LACUNA_WERROR)
+  target_compile_options(lacuna_flags INTERFACE -Werror)
+endif()
+if(LACUNA_SANITIZE)
+  target_compile_options(lacuna_flags INTERFACE
+    -fsanitize=${LACUNA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(lacuna_flags INTERFACE -fsanitize=${LACUNA_SANITIZE})
+endif()
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET default)

@@ -1,0 +1,45 @@
+# One library, one folder a room. A room may include only rooms below it (checked by the `architecture` test):
+# reports, render, diagnosis -> ga -> physics -> backends -> scenarios.
+file(GLOB_RECURSE LACUNA_SOURCES CONFIGURE_DEPENDS
+  scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc diagnosis/*.cc reports/*.cc render/*.cc)
+
+# Sources that need a package carry its name in their folder; without the package the folder's stub.cc stands in.
+foreach(engine mujoco simbody ode)
+  string(TOUPPER ${engine} ENGINE)
+  if(LACUNA_WITH_${ENGINE})
+    list(FILTER LACUNA_SOURCES EXCLUDE REGEX "backends/${engine}/stub\\.cc$")
+  else()
+    file(GLOB ENGINE_SOURCES backends/${engine}/*.cc)
+    list(FILTER ENGINE_SOURCES EXCLUDE REGEX "stub\\.cc$")
+    list(REMOVE_ITEM LACUNA_SOURCES ${ENGINE_SOURCES})
+  endif()
+endforeach()
+if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
+  list(FILTER LACUNA_SOURCES EXCLUDE REGEX "render/stub\\.cc$")
+else()
+  list(FILTER LACUNA_SOURCES EXCLUDE REGEX "render/osmesa.*\\.cc$")
+endif()
+
+add_library(lacuna SHARED ${LACUNA_SOURCES})
+add_library(lacuna::lacuna ALIAS lacuna)
+set_target_properties(lacuna PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+target_include_directories(lacuna PUBLIC
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lacuna>)
+target_link_libraries(lacuna
+  PUBLIC Eigen3::Eigen
+  PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
+          spdlog::spdlog Ceres::ceres xsimd Boost::headers PkgConfig::URDFDOM PkgConfig::MATIO)
+if(LACUNA_WITH_MUJOCO)
+  target_include_directories(lacuna SYSTEM PRIVATE ${MUJOCO_INCLUDE} ${QHULL_R_INCLUDE})
+  target_link_libraries(lacuna PRIVATE ${MUJOCO_LIBRARY})
+endif()
+if(LACUNA_WITH_SIMBODY)
+  target_include_directories(lacuna SYSTEM PRIVATE ${Simbody_INCLUDE_DIR})
+  target_link_libraries(lacuna PRIVATE ${Simbody_LIBRARIES})
+endif()
+if(LACUNA_WITH_ODE)
+  target_link_libraries(lacuna PRIVATE PkgConfig::ODE)
+endif()
+if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
+  target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY} PNG::PNG)
+endif()

@@ -1,0 +1,120 @@
+// A scenario: one robot, how it is driven, what was recorded, what shall be identified (`scenario.yaml`).
+//
+// This room checks form: keys, types, names of joints, links, columns and files. Which actuator models, effects and
+// parameters exist is known upstairs (physics/), which reports against the `where` kept with every entry.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "scenarios/recording.h"
+#include "scenarios/robot.h"
+
+namespace lacuna {
+
+/// `model` and its parameters, for one joint.
+struct ActuatorSpec {
+  std::string joint;
+  std::string model;
+  std::map<std::string, double> parameters;
+  std::string where;                                   ///< "file:line: key", for messages
+};
+
+/// One physical effect at one place, as a diagnosis writes it:
+/// `{effect: coulomb_friction, where: joint_2, parameters: {Fc: 24.7}, recordings: [train_1.csv]}`.
+/// A parameter may also be a map with a `value` (what diagnosis.json holds).
+struct EffectSpec {
+  std::string effect;
+  std::string place;                                   ///< joint name or "arm"
+  std::map<std::string, double> parameters;
+  std::vector<std::string> recordings;                 ///< files in which it acts; empty: in all
+  std::string where;
+};
+
+/// Which parameters are free. `name` is a kind ("gain": that parameter of every joint; "mass": of every moving link)
+/// or one full name ("joint_2.gain", "link_3.mass", "joint_2.coulomb_friction.Fc").
+struct IdentifySpec {
+  std::string name;
+  bool relative = false;                               ///< bounds are factors of the start value
+  double lower = 0.0, upper = 0.0;
+  std::string where;
+};
+
+/// Column of a recording: value = scale * column + offset.
+struct ColumnSpec {
+  std::string column;
+  double scale = 1.0;
+  double offset = 0.0;
+  std::string where;
+};
+
+enum class ChannelKind { command, position, velocity, effort, pressure_a, pressure_b };
+const char* to_string(ChannelKind kind);
+
+/// Columns of every joint; joints without a channel of a kind are absent from its map.
+struct ChannelSpecs {
+  std::string time;
+  std::map<ChannelKind, std::map<std::string, ColumnSpec>> of;   ///< kind -> joint name -> column
+};
+
+enum class Role { train, validate, test };
+const char* to_string(Role role);
+
+struct RecordingSpec {
+  std::string file;                                    ///< as written
+  Role role = Role::train;
+  std::optional<double> from, to;                      ///< s, on the recording's own clock
+  std::shared_ptr<const Recording> data;               ///< one load per file, shared
+  std::string where;
+};
+
+/// What is compared with the recording.
+struct FreeRun {};                                     ///< one simulation from the start
+struct Windows { double horizon = 0.0; };              ///< s; each started from the measured state
+struct InverseDynamics { double cutoff_hz = 0.0; };    ///< effort needed for the measured, low-passed motion
+using Prediction = std::variant<FreeRun, Windows, InverseDynamics>;
+
+struct Scenario {
+  std::filesystem::path file;                          ///< as given
+  std::string name;
+  std::string robot_file;                              ///< as written, relative to the scenario
+  std::shared_ptr<const Robot> robot;
+  Eigen::Vector3d gravity{0.0, 0.0, -9.81};            ///< m/s^2, world frame
+  std::optional<double> sample_period;                 ///< s; absent: irregular clocks
+  std::optional<double> total_mass;                    ///< kg, known sum over the moving links
+  std::vector<ActuatorSpec> actuators;                 ///< at most one per joint; joints without one are passive
+  std::vector<IdentifySpec> identify;
+  ChannelSpecs channels;
+  std::map<ChannelKind, std::map<std::string, double>> noise;  ///< rms in channel units, per kind and joint; absent: estimated
+  std::vector<RecordingSpec> recordings;
+  std::vector<EffectSpec> effects;
+  Prediction prediction = FreeRun{};
+  std::vector<std::string> notes;                      ///< what loading ignored or counted (meshes, missing samples)
+
+  std::filesystem::path folder() const { return file.parent_path(); }
+};
+
+struct ScenarioOptions {
+  bool load_recordings = true;    ///< off: recordings' `data` stay empty (render, export, engines)
+};
+
+/// Loads and checks everything; throws InputError. Unknown or duplicate keys, wrong types, unknown joints, links or columns,
+/// missing files, paths that leave the scenario's folder tree (except `robot`; symlinks resolved), NaN or missing time or
+/// command inside [from, to], time that does not increase, positions missing altogether: all are errors.
+/// With `sample_period`, clocks that differ from it by over 1 % are an error.
+Scenario load_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
+
+/// Writes a scenario that loads to the same values (used for `scenario.diagnosed.yaml`). Paths are rewritten relative to
+/// the new file's folder. Throws WorkError when it cannot be written.
+void save_scenario(const Scenario& scenario, const std::filesystem::path& file);
+
+/// URDF text of the robot with `link_masses` (kg, one per link) put in; inertias scale with mass.
+std::string to_urdf(const Robot& robot, std::span<const double> link_masses = {});
+
+}  // namespace lacuna
