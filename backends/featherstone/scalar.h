@@ -1,0 +1,64 @@
+// The scalar types that the kernels are written over: `double`, or a pack of doubles, one lane per parameter set.
+//
+// Only operations named here are used by kernels, actuators and effects, so that one source serves both.
+// A pack is xsimd::batch<double, Arch>; its functions are found by argument-dependent lookup.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+
+namespace lacuna {
+
+/// Number of lanes and mask type of a scalar. Packs specialise this (physics/lanes.h).
+template <class T>
+struct ScalarTraits;
+
+template <>
+struct ScalarTraits<double> {
+  using Mask = bool;
+  static constexpr int lanes = 1;
+};
+
+template <class T>
+using Mask = typename ScalarTraits<T>::Mask;
+template <class T>
+inline constexpr int kLanes = ScalarTraits<T>::lanes;
+
+/// m ? a : b, lane by lane.
+inline double select(bool m, double a, double b) { return m ? a : b; }
+inline bool any(bool m) { return m; }
+inline bool all(bool m) { return m; }
+inline double min(double a, double b) { return a < b ? a : b; }
+inline double max(double a, double b) { return a > b ? a : b; }
+inline double abs(double a) { return std::fabs(a); }
+inline double sqrt(double a) { return std::sqrt(a); }
+inline double exp(double a) { return std::exp(a); }
+inline double tanh(double a) { return std::tanh(a); }
+inline double floor(double a) { return std::floor(a); }
+inline void sincos(double a, double& s, double& c) {
+  s = std::sin(a);
+  c = std::cos(a);
+}
+
+/// One lane read or written. Packs are plain arrays of doubles in memory.
+template <class T>
+double lane(const T& value, int index) {
+  double out;
+  std::memcpy(&out, reinterpret_cast<const char*>(&value) + sizeof(double) * static_cast<std::size_t>(index),
+              sizeof out);
+  return out;
+}
+template <class T>
+void set_lane(T& value, int index, double to) {
+  std::memcpy(reinterpret_cast<char*>(&value) + sizeof(double) * static_cast<std::size_t>(index), &to, sizeof to);
+}
+
+/// Sign as -1, 0 or +1.
+template <class T>
+T sign(const T& a) {
+  return select(a > T(0.0), T(1.0), select(a < T(0.0), T(-1.0), T(0.0)));
+}
+
+}  // namespace lacuna
