@@ -1,0 +1,35 @@
+// A robot in one pose as a list of simple solids: what is drawn, apart from how it is painted.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <span>
+#include <vector>
+
+namespace lacuna {
+
+class Robot;
+
+struct Solid {
+  enum class Kind { box, cylinder, capsule, sphere };
+  Kind kind = Kind::box;
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< m: box half sides; cylinder, capsule radius, -, half length (z);
+                                                   ///< sphere radius. A capsule's caps lie beyond its half length.
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the world
+  std::array<float, 4> rgba{0.6f, 0.6f, 0.6f, 1.0f};
+};
+
+/// The URDF's visuals; for bodies without any, a thin capsule from joint to joint and a ball at the centre of mass;
+/// joints as dark pins along their axes, the rails of prismatic joints between their limits.
+/// `link_poses`: world pose of each of robot.links(). Throws std::invalid_argument for a wrong count, WorkError for
+/// a pose that is not finite (a simulation that diverged).
+std::vector<Solid> robot_figure(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses);
+
+/// World position of a joint: the origin of the link it moves.
+Eigen::Vector3d joint_position(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses, int joint);
+
+/// Corners of the box around a solid, in the world.
+std::array<Eigen::Vector3d, 8> corners(const Solid& solid);
+
+}  // namespace lacuna
