@@ -1,0 +1,34 @@
+# `cmake --install`: the program, the library with its headers, the bundled scenarios, and find_package(lacuna).
+set(LACUNA_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/lacuna)
+
+# The installed program finds its library wherever the prefix is moved to.
+if(TARGET lacuna_cli)
+  file(RELATIVE_PATH LACUNA_BIN_TO_LIB ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_target_properties(lacuna_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${LACUNA_BIN_TO_LIB}")
+  install(TARGETS lacuna_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+# The headers are C++20 and need Eigen; everything else stays inside the library.
+target_compile_features(lacuna INTERFACE cxx_std_20)
+install(TARGETS lacuna EXPORT lacunaTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+foreach(room scenarios backends physics ga diagnosis reports render)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
+  # An engine's own headers are its own affair.
+  list(FILTER headers EXCLUDE REGEX "^backends/(mujoco|simbody|ode)/")
+  foreach(header IN LISTS headers)
+    get_filename_component(folder ${header} DIRECTORY)
+    install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lacuna/${folder})
+  endforeach()
+endforeach()
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/lacuna
+  FILES_MATCHING PATTERN *.yaml PATTERN *.urdf PATTERN *.csv PATTERN *.mat PATTERN *.md)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+install(EXPORT lacunaTargets NAMESPACE lacuna:: DESTINATION ${LACUNA_CMAKE_DIR})
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lacunaConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/cmake/lacunaConfig.cmake INSTALL_DESTINATION ${LACUNA_CMAKE_DIR})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lacunaConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/cmake/lacunaConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lacunaConfigVersion.cmake
+  DESTINATION ${LACUNA_CMAKE_DIR})

@@ -1,0 +1,47 @@
+# Debian packages, sourced by the other scripts.
+
+# What every build needs.
+base_packages=(
+  build-essential cmake ninja-build ccache pkg-config git ca-certificates
+  libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev
+  libspdlog-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
+)
+# The other engines, pictures, benchmarks and optimisers: what `minimal` does without.
+engine_packages=(
+  libmujoco-dev libqhull-dev libsimbody-dev libode-dev
+  libosmesa6-dev libpng-dev
+  libbenchmark-dev
+  libpagmo-dev
+)
+# What `scripts/lint` needs.
+lint_packages=(clang-format clang-tidy)
+
+# Installs those of the named packages that are missing; without any it makes no call to apt, so it works offline.
+install_missing() {
+  local package missing=()
+  for package in "$@"; do
+    [[ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" == installed ]] || missing+=("$package")
+  done
+  ((${#missing[@]})) || return 0
+  echo "Installing ${#missing[@]} packages: ${missing[*]}"
+
+  local root=()
+  if [[ "$(id -u)" != 0 ]]; then
+    if ! command -v sudo >/dev/null; then
+      echo "These packages are missing and neither root nor sudo is at hand: ${missing[*]}" >&2
+      return 1
+    fi
+    root=(sudo)
+  fi
+  local apt=("${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300)
+  # A fresh image has no package lists, an old one has lists of versions that are gone: then fetch them (again).
+  local known=1
+  for package in "${missing[@]}"; do
+    apt-cache show "$package" >/dev/null 2>&1 || known=0
+  done
+  if ((known)) && "${apt[@]}" install --no-install-recommends "${missing[@]}"; then
+    return 0
+  fi
+  "${apt[@]}" update
+  "${apt[@]}" install --no-install-recommends "${missing[@]}"
+}
