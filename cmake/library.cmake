@@ -25,6 +25,8 @@ add_library(lacuna::lacuna ALIAS lacuna)
 set_target_properties(lacuna PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
 target_include_directories(lacuna PUBLIC
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lacuna>)
+# One alignment for Eigen's types in every translation unit and in users' code, whatever instruction set each is built for.
+target_compile_definitions(lacuna PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
 target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
@@ -43,3 +45,14 @@ endif()
 if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
   target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY} PNG::PNG)
 endif()
+
+# The lanes: one source over every instruction set, chosen at run time. The baseline goes first, so that the linker
+# keeps its copies of shared inline functions, which every CPU can run.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set_source_files_properties(physics/predictor_avx2.cc PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma;-ffp-contract=fast")
+  set_source_files_properties(physics/predictor_avx512.cc PROPERTIES
+    COMPILE_OPTIONS "-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mavx2;-mfma;-ffp-contract=fast;-mprefer-vector-width=512")
+endif()
+list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$")
+set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES} ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
+             ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc)

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "physics/catalogue.h"
+
+namespace lacuna {
+
+/// A valve's flow into a stiff cylinder, seen from outside: a velocity source behind a spring and damper.
+/// State: x, the position that the oil would give an unloaded joint.
+struct FlowSource {
+  static ActuatorInfo info() {
+    return {"flow_source",
+            "x' = gain u; tau = stiffness (x - q) + damping (x' - v)",
+            "real valves on real cylinders",
+            {{"gain", "rad/(s V)", std::nan(""), 0.0, 1e9, "speed per command (valve flow over displacement)"},
+             {"stiffness", "N m/rad", std::nan(""), 0.0, 1e12, "oil spring"},
+             {"damping", "N m s/rad", std::nan(""), 0.0, 1e9, "damping across the oil spring"}}};
+  }
+  template <class T>
+  static T rate(const T* p, const JointView<T>& s) {
+    return p[0] * s.u;
+  }
+  template <class T>
+  static T effort(const T* p, const JointView<T>& s) {
+    return p[1] * (s.z[0] - s.q) + p[2] * (p[0] * s.u - s.v);
+  }
+  /// The oil spring carries the holding effort; the damper is taken to be at its steady motion (x' = v).
+  template <class T>
+  static T initial(const T* p, const JointView<T>& s, const T& holding) {
+    return s.q + select(p[1] > T(0.0), holding / max(p[1], T(1e-300)), T(0.0));
+  }
+};
+
+}  // namespace lacuna

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "physics/catalogue.h"
+
+namespace lacuna {
+
+/// Dry friction that is larger at break-away than in motion. Neutral at Fc = Fs = 0; Fs = Fc is Coulomb friction.
+struct StribeckFriction {
+  static EffectInfo info() {
+    return {"stribeck_friction", "Stribeck friction", Where::joint,
+            "tau -= (Fc + (Fs - Fc) exp(-(v/vs)^2)) sgn(v)",
+            "extra friction at low speed, stick-slip",
+            "coulomb_friction",
+            "R. Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
+            {{"Fc", "N m", 0.0, 0.0, 1e9, "friction effort in fast motion", Scale::effort, {0.05}},
+             {"Fs", "N m", 0.0, 0.0, 1e9, "break-away effort", Scale::effort, {0.08}},
+             {"vs", "rad/s", 0.05, 1e-5, 1e3, "speed over which the extra friction fades", Scale::velocity, {0.1, 0.4}}}};
+  }
+  template <class T>
+  static T dry_friction(const T* p, const T& speed, const JointView<T>&) {
+    const T ratio = speed / p[2];
+    return p[0] + (p[1] - p[0]) * exp(T(0.0) - min(ratio * ratio, T(700.0)));
+  }
+};
+
+}  // namespace lacuna

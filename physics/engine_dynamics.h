@@ -1,0 +1,27 @@
+// Any engine behind the plant's dynamics concept, one lane. Held joints are made from the engine's mass matrix.
+#pragma once
+
+#include <memory>
+
+#include "backends/engine.h"
+
+namespace lacuna {
+
+class EngineDynamics {
+ public:
+  explicit EngineDynamics(std::unique_ptr<Dynamics> dynamics);
+
+  void set_inertial(int body, int, const Inertial& inertial) { dynamics_->set_inertial(body, inertial); }
+  void set_gravity(int, const Eigen::Vector3d& gravity) { dynamics_->set_gravity(gravity); }
+
+  /// As Tree::forward_dynamics: a = 0 where free is 0, and imbalance there is the effort that the holder takes up.
+  void forward_dynamics(const double* q, const double* v, const double* tau, const double* free, double* a,
+                        double* imbalance);
+  void inverse_dynamics(const double* q, const double* v, const double* a, double* tau);
+
+ private:
+  std::unique_ptr<Dynamics> dynamics_;
+  Eigen::MatrixXd mass_;
+};
+
+}  // namespace lacuna

@@ -1,0 +1,304 @@
+#include "physics/experiment.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr std::size_t kFewestSamples = 10;
+/// A local polynomial is accepted while its residual variance stays below this multiple of the noise variance
+/// (chi-square over ten degrees of freedom exceeds it in about 1 % of draws).
+constexpr double kVarianceSlack = 2.3;
+
+const std::vector<double>& column_of(const Recording& data, const std::string& name) {
+  return data.columns[static_cast<std::size_t>(data.find(name))];
+}
+
+std::vector<double> converted(const Recording& data, const ColumnSpec& spec, std::size_t from, std::size_t to) {
+  const std::vector<double>& raw = column_of(data, spec.column);
+  std::vector<double> out;
+  out.reserve(to - from);
+  for (std::size_t i = from; i < to; ++i) out.push_back(spec.scale * raw[i] + spec.offset);
+  return out;
+}
+
+const char* unit_of(ChannelKind kind, bool prismatic) {
+  switch (kind) {
+    case ChannelKind::command: return "V";
+    case ChannelKind::position: return prismatic ? "m" : "rad";
+    case ChannelKind::velocity: return prismatic ? "m/s" : "rad/s";
+    case ChannelKind::effort: return prismatic ? "N" : "N m";
+    default: return "Pa";
+  }
+}
+
+/// A recording cut to its time range: the track, and one measured column per channel.
+struct Cut {
+  std::shared_ptr<CommandTrack> track = std::make_shared<CommandTrack>();
+  std::vector<std::vector<double>> measured;
+};
+
+Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels) {
+  const Recording& data = *spec.data;
+  const std::vector<double>& time = column_of(data, scenario.channels.time);
+  const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL));
+  const auto last = std::upper_bound(first, time.end(), spec.to.value_or(HUGE_VAL));
+  const std::size_t from = static_cast<std::size_t>(first - time.begin());
+  const std::size_t to = static_cast<std::size_t>(last - time.begin());
+  if (to - from < kFewestSamples) {
+    throw InputError(spec.where, fmt::format("{} samples of {} in the time range", to - from, quoted(spec.file)),
+                     fmt::format("at least {}", kFewestSamples));
+  }
+  Cut out;
+  for (std::size_t i = from; i < to; ++i) out.track->time.push_back(time[i] - time[from]);
+  const auto commands = scenario.channels.of.find(ChannelKind::command);
+  for (const Joint& joint : scenario.robot->joints()) {
+    const bool driven = commands != scenario.channels.of.end() && commands->second.count(joint.name) > 0;
+    out.track->value.push_back(driven ? converted(data, commands->second.at(joint.name), from, to)
+                                      : std::vector<double>(to - from, 0.0));
+  }
+  for (const Channel& channel : channels) {
+    const std::string& joint = scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name;
+    out.measured.push_back(converted(data, scenario.channels.of.at(channel.kind).at(joint), from, to));
+  }
+  return out;
+}
+
+std::vector<Channel> make_channels(const Scenario& scenario) {
+  std::vector<Channel> channels;
+  for (const ChannelKind kind : {ChannelKind::position, ChannelKind::velocity, ChannelKind::effort}) {
+    const auto of_kind = scenario.channels.of.find(kind);
+    if (of_kind == scenario.channels.of.end()) continue;
+    for (int j = 0; j < scenario.robot->dof(); ++j) {
+      const Joint& joint = scenario.robot->joints()[static_cast<std::size_t>(j)];
+      if (of_kind->second.count(joint.name) == 0) continue;
+      Channel channel{kind, j, unit_of(kind, joint.prismatic()), std::nan(""), false};
+      const auto stated = scenario.noise.find(kind);
+      if (stated != scenario.noise.end() && stated->second.count(joint.name) > 0) {
+        channel.noise = stated->second.at(joint.name);
+        channel.noise_stated = true;
+      }
+      channels.push_back(channel);
+    }
+  }
+  return channels;
+}
+
+void estimate_noise(std::vector<Channel>& channels, const std::vector<Cut>& cuts) {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].noise_stated) continue;
+    std::vector<double> estimates;
+    for (const Cut& piece : cuts) {
+      const double rms = noise_from_differences(piece.track->time, piece.measured[c]);
+      if (std::isfinite(rms)) estimates.push_back(rms);
+    }
+    if (estimates.empty()) continue;
+    std::sort(estimates.begin(), estimates.end());
+    channels[c].noise = estimates[estimates.size() / 2];
+  }
+}
+
+/// Index of the channel of `kind` at `joint`, or -1.
+int find_channel(const std::vector<Channel>& channels, ChannelKind kind, int joint) {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].kind == kind && channels[c].joint == joint) return static_cast<int>(c);
+  }
+  return -1;
+}
+
+Segment make_segment(const Scenario& scenario, int index, const Cut& piece, const std::vector<Channel>& channels,
+                     std::size_t first, std::size_t count) {
+  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
+  Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}};
+  for (const std::vector<double>& column : piece.measured) {
+    const auto begin = column.begin() + static_cast<std::ptrdiff_t>(first);
+    segment.measured.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count));
+  }
+  for (int j = 0; j < scenario.robot->dof(); ++j) {
+    const int c = find_channel(channels, ChannelKind::position, j);
+    LocalState start{0.0, 0.0};
+    if (c >= 0) {
+      const std::vector<double>& column = piece.measured[static_cast<std::size_t>(c)];
+      start = local_state(piece.track->time, column, first, 0, column.size(), channels[static_cast<std::size_t>(c)].noise);
+    }
+    const int rate = find_channel(channels, ChannelKind::velocity, j);
+    if (rate >= 0) {
+      const double v = piece.measured[static_cast<std::size_t>(rate)][first];
+      if (std::isfinite(v)) start.slope = v;
+    }
+    segment.q0.push_back(start.value);
+    segment.v0.push_back(start.slope);
+  }
+  return segment;
+}
+
+double median_spacing(const std::vector<double>& time) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < time.size(); ++i) gaps.push_back(time[i] - time[i - 1]);
+  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
+  return gaps[gaps.size() / 2];
+}
+
+void add_segments(const Scenario& scenario, int index, const Cut& piece, Experiment& out) {
+  const std::vector<double>& time = piece.track->time;
+  const auto* windows = std::get_if<Windows>(&scenario.prediction);
+  if (windows == nullptr) {
+    out.segments.push_back(make_segment(scenario, index, piece, out.channels, 0, time.size()));
+    return;
+  }
+  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
+  if (time.back() < windows->horizon) {
+    throw InputError(spec.where, fmt::format("{} s of {}", time.back(), quoted(spec.file)),
+                     fmt::format("at least one horizon of {} s", windows->horizon));
+  }
+  for (std::size_t first = 0; first < time.size();) {
+    const double end = time[first] + windows->horizon;
+    const std::size_t stop = static_cast<std::size_t>(
+        std::upper_bound(time.begin(), time.end(), end * (1.0 + 1e-12)) - time.begin());
+    if (time[stop - 1] - time[first] < 0.9 * windows->horizon && stop == time.size()) break;  // a stump
+    if (stop - first >= 3) out.segments.push_back(make_segment(scenario, index, piece, out.channels, first, stop - first));
+    first = std::max(stop - 1, first + 1);
+  }
+}
+
+/// rms about zero (commands) or about the mean (positions) over the train recordings.
+void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Experiment& out) {
+  for (int j = 0; j < scenario.robot->dof(); ++j) {
+    double u2 = 0, q2 = 0, v2 = 0, q_sum = 0;
+    std::size_t n_u = 0, n_q = 0, n_v = 0;
+    const int c = find_channel(out.channels, ChannelKind::position, j);
+    for (std::size_t r = 0; r < cuts.size(); ++r) {
+      if (scenario.recordings[r].role != Role::train) continue;
+      for (const double u : cuts[r].track->value[static_cast<std::size_t>(j)]) u2 += u * u, ++n_u;
+      if (c < 0) continue;
+      const std::vector<double>& q = cuts[r].measured[static_cast<std::size_t>(c)];
+      const std::vector<double>& t = cuts[r].track->time;
+      const std::size_t stride = std::max<std::size_t>(1, q.size() / 500);  // speed over strides: above the noise
+      for (std::size_t i = 0; i < q.size(); ++i) {
+        if (!std::isfinite(q[i])) continue;
+        q2 += q[i] * q[i], q_sum += q[i], ++n_q;
+        if (i < stride || i % stride != 0 || !std::isfinite(q[i - stride])) continue;
+        const double v = (q[i] - q[i - stride]) / (t[i] - t[i - stride]);
+        v2 += v * v, ++n_v;
+      }
+    }
+    const double mean = n_q > 0 ? q_sum / static_cast<double>(n_q) : 0.0;
+    out.command_rms.push_back(n_u > 0 ? std::sqrt(u2 / static_cast<double>(n_u)) : 0.0);
+    out.position_rms.push_back(n_q > 0 ? std::sqrt(std::max(0.0, q2 / static_cast<double>(n_q) - mean * mean)) : 0.0);
+    out.speed_rms.push_back(n_v > 0 ? std::sqrt(v2 / static_cast<double>(n_v)) : 0.0);
+  }
+}
+
+}  // namespace
+
+LocalState local_state(const std::vector<double>& time, const std::vector<double>& signal, std::size_t at,
+                       std::size_t begin, std::size_t end, double noise) {
+  LocalState best;
+  double best_variance = HUGE_VAL;
+  const double sigma2 = std::isfinite(noise) && noise > 0.0 ? noise * noise : 0.0;
+  for (const std::size_t half : {3u, 5u, 8u, 12u, 20u, 32u, 50u, 80u}) {
+    const std::size_t from = at - begin > half ? at - half : begin;
+    const std::size_t to = std::min(end, at + half + 1);
+    std::vector<std::size_t> used;
+    for (std::size_t i = from; i < to; ++i) {
+      if (std::isfinite(signal[i])) used.push_back(i);
+    }
+    for (int order = 0; order <= 2; ++order) {
+      const Eigen::Index n = static_cast<Eigen::Index>(used.size()), terms = order + 1;
+      if (n < terms + 2) continue;
+      Eigen::MatrixXd basis(n, terms);
+      Eigen::VectorXd y(n);
+      const double span = std::max(time[used.back()] - time[used.front()], 1e-300);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const std::size_t k = used[static_cast<std::size_t>(i)];
+        for (Eigen::Index p = 0; p < terms; ++p) basis(i, p) = std::pow((time[k] - time[at]) / span, p);
+        y(i) = signal[k];
+      }
+      const Eigen::MatrixXd inverse = (basis.transpose() * basis).inverse();
+      const Eigen::VectorXd x = inverse * (basis.transpose() * y);
+      const double residual = (y - basis * x).squaredNorm() / static_cast<double>(n - terms);
+      const bool smallest = best_variance == HUGE_VAL;
+      if (residual > kVarianceSlack * sigma2 && !smallest) continue;
+      // Error of the value at `at` if the polynomial holds; the first fit stands in whatever its residual.
+      const double variance = inverse(0, 0) * std::max(residual, sigma2) +
+                              (residual > kVarianceSlack * sigma2 ? 1e3 * residual : 0.0);
+      if (variance >= best_variance) continue;
+      best_variance = variance;
+      best = {x(0), order > 0 ? x(1) / span : 0.0};
+    }
+  }
+  if (best_variance == HUGE_VAL && at < signal.size() && std::isfinite(signal[at])) best.value = signal[at];
+  return best;
+}
+
+double noise_from_differences(const std::vector<double>& time, const std::vector<double>& signal) {
+  // Weights of the third divided difference: zero for any parabola whatever the spacing.
+  std::vector<double> squares;
+  for (std::size_t i = 3; i < signal.size(); ++i) {
+    double value = 0.0, norm = 0.0;
+    for (std::size_t a = i - 3; a <= i; ++a) {
+      double weight = 1.0;
+      for (std::size_t b = i - 3; b <= i; ++b) {
+        if (b != a) weight /= time[a] - time[b];
+      }
+      value += weight * signal[a];
+      norm += weight * weight;
+    }
+    if (std::isfinite(value)) squares.push_back(value * value / norm);
+  }
+  constexpr std::size_t kBlock = 25;
+  std::vector<double> blocks;
+  for (std::size_t i = 0; i + kBlock <= squares.size(); i += kBlock) {
+    double sum = 0.0;
+    for (std::size_t k = i; k < i + kBlock; ++k) sum += squares[k];
+    blocks.push_back(sum / kBlock);
+  }
+  if (blocks.empty()) return std::nan("");
+  std::nth_element(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(blocks.size() / 2), blocks.end());
+  return std::sqrt(blocks[blocks.size() / 2]);
+}
+
+std::vector<int> Experiment::with_role(Role role) const {
+  std::vector<int> out;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (segments[i].role == role) out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+std::size_t Experiment::sample_count(Role role) const {
+  std::size_t n = 0;
+  for (const int i : with_role(role)) {
+    for (const auto& column : segments[static_cast<std::size_t>(i)].measured) {
+      n += static_cast<std::size_t>(
+          std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); }));
+    }
+  }
+  return n;
+}
+
+Experiment make_experiment(const Scenario& scenario) {
+  Experiment out;
+  out.prediction = scenario.prediction;
+  out.channels = make_channels(scenario);
+  for (const Joint& joint : scenario.robot->joints()) out.joint_names.push_back(joint.name);
+  if (out.channels.empty()) {
+    throw InputError(scenario.file.string() + ": channels", "no measured channel", "a position of at least one joint");
+  }
+  std::vector<Cut> cuts;
+  for (const RecordingSpec& spec : scenario.recordings) cuts.push_back(cut(scenario, spec, out.channels));
+  if (cuts.empty()) throw InputError(scenario.file.string() + ": recordings", "none", "at least one");
+  out.sample_period = scenario.sample_period.value_or(median_spacing(cuts.front().track->time));
+  estimate_noise(out.channels, cuts);
+  for (std::size_t r = 0; r < cuts.size(); ++r) add_segments(scenario, static_cast<int>(r), cuts[r], out);
+  measure_sizes(scenario, cuts, out);
+  return out;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,69 @@
+// What was measured, cut into the pieces that are simulated: one segment per recording (free run) or per window.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenarios/scenario.h"
+
+namespace lacuna {
+
+/// A measured quantity that predictions are compared with.
+struct Channel {
+  ChannelKind kind = ChannelKind::position;
+  int joint = 0;
+  std::string unit;
+  double noise = 0.0;          ///< rms, channel units; NaN where neither stated nor estimated
+  bool noise_stated = false;
+};
+
+/// Commands of one recording, held between their instants. Shared by its segments.
+struct CommandTrack {
+  std::vector<double> time;                   ///< s, from the recording's first used sample
+  std::vector<std::vector<double>> value;     ///< [joint][sample], V; zeros for joints without a command
+};
+
+struct Segment {
+  int recording = 0;                          ///< index in Scenario::recordings
+  Role role = Role::train;
+  std::string file;
+  std::shared_ptr<const CommandTrack> commands;
+  std::size_t first = 0, count = 0;           ///< samples of the track that the segment covers
+  std::vector<std::vector<double>> measured;  ///< [channel][sample of the segment]; NaN where missing
+  std::vector<double> q0, v0;                 ///< start of the simulation, from the measured positions
+
+  double time(std::size_t sample) const { return commands->time[first + sample]; }
+};
+
+/// Everything that does not change while parameters are searched.
+struct Experiment {
+  std::vector<Channel> channels;
+  std::vector<Segment> segments;
+  Prediction prediction;
+  std::vector<std::string> joint_names;
+  double sample_period = 0.0;                 ///< s, median spacing of the samples
+
+  std::vector<int> with_role(Role role) const;            ///< indices of segments
+  std::size_t sample_count(Role role) const;              ///< measured values, all channels
+  /// rms of the command and of the measured positions' speed per joint (train recordings): sizes for searches.
+  std::vector<double> command_rms, speed_rms, position_rms;
+};
+
+/// Cuts the scenario's recordings. Throws InputError where a joint has no position, no role `train` is present, or a
+/// recording is shorter than ten samples or than the horizon.
+Experiment make_experiment(const Scenario& scenario);
+
+/// Start of a piece of a signal: value and slope at time[at], by the widest local polynomial (constant, line, parabola)
+/// that explains samples [begin, end) around it down to the noise. NaN samples are skipped.
+struct LocalState {
+  double value = 0.0, slope = 0.0;
+};
+LocalState local_state(const std::vector<double>& time, const std::vector<double>& signal, std::size_t at,
+                       std::size_t begin, std::size_t end, double noise);
+
+/// rms of the measuring noise from third differences of the smoothest stretches: the median over blocks of the
+/// rms that a locally quadratic motion leaves. Upward biased for coarse sampling, never by a model's misfit.
+double noise_from_differences(const std::vector<double>& time, const std::vector<double>& signal);
+
+}  // namespace lacuna

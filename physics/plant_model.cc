@@ -1,0 +1,193 @@
+#include "physics/plant_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "physics/effects/table.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+std::string names_of(const std::vector<ParameterInfo>& infos) {
+  std::string text;
+  for (const ParameterInfo& info : infos) text += (text.empty() ? "" : ", ") + std::string(info.name);
+  return text;
+}
+
+template <class Info>
+std::string names_of_table(const std::vector<Info>& table) {
+  std::string text;
+  for (const Info& info : table) text += (text.empty() ? "" : ", ") + std::string(info.name);
+  return text;
+}
+
+/// Linear units in place of angular ones for a prismatic joint.
+std::string unit_for(const std::string& unit, bool prismatic) {
+  if (!prismatic) return unit;
+  static const std::vector<std::pair<std::string, std::string>> linear = {
+      {"N m/V", "N/V"},     {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
+      {"rad/s", "m/s"},     {"rad", "m"},           {"N m", "N"}};
+  for (const auto& [angular, straight] : linear) {
+    if (unit == angular) return straight;
+  }
+  return unit;
+}
+
+void check_keys(const std::map<std::string, double>& given, const std::vector<ParameterInfo>& infos,
+                const std::string& where, const std::string& owner) {
+  for (const auto& [key, value] : given) {
+    const bool known = std::any_of(infos.begin(), infos.end(), [&](const ParameterInfo& i) { return key == i.name; });
+    if (!known) throw InputError(where, "parameter " + quoted(key), owner + " takes " + names_of(infos));
+  }
+}
+
+double checked(const ParameterInfo& info, const std::map<std::string, double>& given, const std::string& where,
+               const std::string& owner) {
+  const auto it = given.find(info.name);
+  const double value = it == given.end() ? info.neutral : it->second;
+  if (std::isnan(value)) throw InputError(where, "no " + std::string(info.name), owner + " needs " + info.meaning);
+  if (value < info.lower || value > info.upper) {
+    throw InputError(where, fmt::format("{} = {}", info.name, value),
+                     fmt::format("a value from {} to {} {}", info.lower, info.upper, info.unit));
+  }
+  return value;
+}
+
+}  // namespace
+
+PlantModel::PlantModel(const Scenario& scenario)
+    : robot_(scenario.robot), gravity_(scenario.gravity), mass_parameter_(robot_->links().size(), -1),
+      actuators_(static_cast<std::size_t>(robot_->dof())) {
+  for (std::size_t i = 0; i < actuators_.size(); ++i) actuators_[i].joint = static_cast<int>(i);
+  for (const ActuatorSpec& spec : scenario.actuators) add_actuator(spec);
+  for (std::size_t i = 0; i < robot_->links().size(); ++i) {
+    const Link& link = robot_->links()[i];
+    if (link.body < 0 || link.inertial.mass <= 0.0) continue;
+    mass_parameter_[i] = static_cast<int>(parameters_.size());
+    parameters_.push_back({link.name + ".mass", "kg", link.inertial.mass, link.inertial.mass, 1e-9, 1e9, nullptr});
+  }
+  for (const EffectSpec& spec : scenario.effects) add_effect(spec);
+}
+
+PlantModel PlantModel::with_effects(const std::vector<EffectSpec>& specs) const {
+  PlantModel out = *this;
+  for (const EffectSpec& spec : specs) out.add_effect(spec);
+  return out;
+}
+
+void PlantModel::add_actuator(const ActuatorSpec& spec) {
+  const int type = find_actuator(spec.model);
+  if (type < 0) {
+    throw InputError(spec.where, "model " + quoted(spec.model), "one of " + names_of_table(actuator_table()));
+  }
+  const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(type)];
+  check_keys(spec.parameters, info.parameters, spec.where, spec.model);
+  const int joint = robot_->find_joint(spec.joint).value();
+  const bool prismatic = robot_->joints()[static_cast<std::size_t>(joint)].prismatic();
+  Component& component = actuators_[static_cast<std::size_t>(joint)];
+  component = {type, joint, static_cast<int>(parameters_.size()), static_cast<int>(info.parameters.size()), {}};
+  for (const ParameterInfo& p : info.parameters) {
+    const double value = checked(p, spec.parameters, spec.where, spec.model);
+    parameters_.push_back(
+        {spec.joint + "." + p.name, unit_for(p.unit, prismatic), value, value, p.lower, p.upper, &p});
+  }
+}
+
+void PlantModel::add_effect(const EffectSpec& spec) {
+  const int type = find_effect(spec.effect);
+  if (type < 0) {
+    throw InputError(spec.where, "effect " + quoted(spec.effect), "one of " + names_of_table(effect_table()));
+  }
+  const EffectInfo& info = effect_table()[static_cast<std::size_t>(type)];
+  check_keys(spec.parameters, info.parameters, spec.where, spec.effect);
+  const std::optional<int> joint = robot_->find_joint(spec.place);
+  const bool fits = info.where == Where::arm ? spec.place == "arm" : joint.has_value();
+  if (!fits) {
+    throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
+  }
+  if (find_effect_at(spec.effect, spec.place) >= 0) {
+    throw InputError(spec.where, spec.effect + " at " + spec.place + " twice", "each effect once at a place");
+  }
+  const bool prismatic = joint && robot_->joints()[static_cast<std::size_t>(*joint)].prismatic();
+  effects_.push_back({type, info.where == Where::arm ? -1 : *joint, static_cast<int>(parameters_.size()),
+                      static_cast<int>(info.parameters.size()), spec.recordings});
+  for (const ParameterInfo& p : info.parameters) {
+    const double value = checked(p, spec.parameters, spec.where, spec.effect);
+    parameters_.push_back({spec.place + "." + spec.effect + "." + p.name, unit_for(p.unit, prismatic), value,
+                           p.neutral, p.lower, p.upper, &p});
+  }
+}
+
+std::vector<double> PlantModel::values() const {
+  std::vector<double> out;
+  out.reserve(parameters_.size());
+  for (const Parameter& p : parameters_) out.push_back(p.value);
+  return out;
+}
+
+int PlantModel::find(const std::string& name) const {
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    if (parameters_[i].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+std::vector<int> PlantModel::matching(const std::string& kind_or_name) const {
+  if (const int one = find(kind_or_name); one >= 0) return {one};
+  std::vector<int> out;
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    const std::string& name = parameters_[i].name;
+    const std::size_t dot = name.find('.');
+    if (name.compare(dot + 1, std::string::npos, kind_or_name) == 0) out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+int PlantModel::find_effect_at(const std::string& effect, const std::string& place) const {
+  for (std::size_t i = 0; i < effects_.size(); ++i) {
+    const char* name = effect_table()[static_cast<std::size_t>(effects_[i].type)].name;
+    if (effect == name && place_name(effects_[i]) == place) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+std::vector<double> PlantModel::values_in(const std::string& file, std::span<const double> values) const {
+  std::vector<double> out(values.begin(), values.end());
+  for (const Component& effect : effects_) {
+    const auto& acts = effect.recordings;
+    if (acts.empty() || std::find(acts.begin(), acts.end(), file) != acts.end()) continue;
+    for (int k = 0; k < effect.count; ++k) {
+      const auto i = static_cast<std::size_t>(effect.first + k);
+      out[i] = parameters_[i].neutral;
+    }
+  }
+  return out;
+}
+
+std::vector<double> PlantModel::link_masses(std::span<const double> values) const {
+  std::vector<double> masses(mass_parameter_.size(), 0.0);
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    masses[i] = mass_parameter_[i] < 0 ? robot_->links()[i].inertial.mass
+                                       : values[static_cast<std::size_t>(mass_parameter_[i])];
+  }
+  return masses;
+}
+
+std::vector<Inertial> PlantModel::inertials(std::span<const double> values) const {
+  const std::vector<double> masses = link_masses(values);
+  std::vector<Inertial> bodies;
+  for (int i = 0; i < dof(); ++i) bodies.push_back(robot_->body_inertial(i, masses));
+  for (const Component& effect : effects_) {
+    const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect.type)];
+    if (hooks.inertials != nullptr) hooks.inertials(values.data() + effect.first, *robot_, effect.joint, bodies);
+  }
+  return bodies;
+}
+
+std::string PlantModel::place_name(const Component& component) const {
+  return component.joint < 0 ? "arm" : robot_->joints()[static_cast<std::size_t>(component.joint)].name;
+}
+
+}  // namespace lacuna

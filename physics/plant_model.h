@@ -1,0 +1,85 @@
+// The constant model of a plant: robot, actuators, effects, and one flat list of named parameters.
+//
+// Everything that can differ between two simulations of the same plant is a number in `values`: link masses, actuator
+// and effect parameters. A population is a list of such vectors. Immutable after construction; shared by all threads.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/catalogue.h"
+#include "scenarios/scenario.h"
+
+namespace lacuna {
+
+/// One number of the plant.
+struct Parameter {
+  std::string name;      ///< "joint_2.gain", "link_3.mass", "joint_2.coulomb_friction.Fc", "arm.payload.m"
+  std::string unit;
+  double value;          ///< from the scenario
+  double neutral;        ///< where the effect vanishes (effects)
+  double lower, upper;   ///< physical range
+  const ParameterInfo* info = nullptr;  ///< null for link masses
+};
+
+/// An actuator or an effect at its place.
+struct Component {
+  int type = -1;                       ///< index in actuator_table() or effect_table()
+  int joint = -1;                      ///< -1: the arm
+  int first = 0;                       ///< index of its first parameter
+  int count = 0;
+  std::vector<std::string> recordings; ///< files in which an effect acts; empty: all
+};
+
+class PlantModel {
+ public:
+  /// Throws InputError naming the scenario's entry: unknown model or effect, unknown, missing or out-of-range
+  /// parameter, an effect twice at one place.
+  explicit PlantModel(const Scenario& scenario);
+
+  /// The same plant with more effects, each at its neutral value unless `spec.parameters` says otherwise.
+  PlantModel with_effects(const std::vector<EffectSpec>& specs) const;
+
+  const Robot& robot() const { return *robot_; }
+  const std::shared_ptr<const Robot>& robot_ptr() const { return robot_; }
+  const Eigen::Vector3d& gravity() const { return gravity_; }
+  int dof() const { return robot_->dof(); }
+
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+  std::vector<double> values() const;
+  /// Index of a parameter, or -1.
+  int find(const std::string& name) const;
+  /// Names of all parameters of a kind ("gain", "mass") or the one of that full name; empty: none.
+  std::vector<int> matching(const std::string& kind_or_name) const;
+
+  /// One actuator per joint; type -1: a passive joint.
+  const std::vector<Component>& actuators() const { return actuators_; }
+  const std::vector<Component>& effects() const { return effects_; }
+  int find_effect_at(const std::string& effect, const std::string& place) const;
+
+  /// `values` with every effect that does not act in recording `file` at its neutral value.
+  std::vector<double> values_in(const std::string& file, std::span<const double> values) const;
+
+  /// Mass properties of all bodies, URDF body frames: link masses and effects put in.
+  std::vector<Inertial> inertials(std::span<const double> values) const;
+  /// kg, one per link, from `values`.
+  std::vector<double> link_masses(std::span<const double> values) const;
+
+  /// "joint_2" or "arm".
+  std::string place_name(const Component& component) const;
+
+ private:
+  void add_actuator(const ActuatorSpec& spec);
+  void add_effect(const EffectSpec& spec);
+
+  std::shared_ptr<const Robot> robot_;
+  Eigen::Vector3d gravity_;
+  std::vector<Parameter> parameters_;
+  std::vector<int> mass_parameter_;    ///< per link: its parameter, or -1
+  std::vector<Component> actuators_, effects_;
+};
+
+}  // namespace lacuna

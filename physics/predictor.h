@@ -1,0 +1,32 @@
+// Predictions of one segment for all lanes of a scalar type, behind a virtual call that knows nothing of lanes.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "physics/experiment.h"
+#include "physics/plant_model.h"
+
+namespace lacuna {
+
+/// Scratch of one thread. `predict` takes up to lanes() parameter vectors and gives [individual][channel][sample].
+class Predictor {
+ public:
+  virtual ~Predictor() = default;
+  virtual int lanes() const = 0;
+  virtual void predict(std::span<const std::vector<double>* const> individuals, const Segment& segment,
+                       double max_step, std::vector<std::vector<std::vector<double>>>& out) = 0;
+};
+
+using PredictorMaker = std::unique_ptr<Predictor> (*)(const PlantModel&, const Experiment&);
+
+// One translation unit each, compiled for its instruction set; null where the compiler or machine type has none.
+std::unique_ptr<Predictor> make_predictor_sse2(const PlantModel&, const Experiment&);
+std::unique_ptr<Predictor> make_predictor_avx2(const PlantModel&, const Experiment&);
+std::unique_ptr<Predictor> make_predictor_avx512(const PlantModel&, const Experiment&);
+
+/// One lane, any engine.
+std::unique_ptr<Predictor> make_engine_predictor(const std::string& engine, const PlantModel&, const Experiment&);
+
+}  // namespace lacuna

@@ -1,0 +1,63 @@
+// The only time loop: one plant, one segment, every lane a parameter set of its own.
+//
+// Between samples the command is held. Steps are Kutta's fourth-order ones of at most `max_step`, cut where a delayed
+// command jumps. Dry friction is exact: each joint slides (direction fixed over a step) or sticks (the joint is held);
+// a step in which a sliding joint would reverse is repeated up to the instant of zero speed, found on the cubic through
+// speeds and accelerations at both ends; there, and whenever the effort on a held joint exceeds the break-away effort,
+// the direction is decided anew. So the order of the method survives friction and no step is limited by its stiffness.
+// Lanes keep their own clocks inside a sample interval; a lane's result does not depend on its neighbours.
+#pragma once
+
+#include <vector>
+
+#include "physics/experiment.h"
+#include "physics/plant.h"
+
+namespace lacuna {
+
+template <class T, class Dyn>
+class Rollout {
+ public:
+  explicit Rollout(Plant<T, Dyn>& plant);
+
+  /// Fills out[sample * channels.size() + channel]. A lane that diverges holds NaN or infinity from there on.
+  void run(const Segment& segment, const std::vector<Channel>& channels, double max_step, std::vector<T>& out);
+
+ private:
+  static constexpr int kDecisions = 4;        ///< rounds of stick/slide decisions at one instant
+  static constexpr double kShortest = 1e-6;   ///< shortest step, as a share of the nominal one: no event stops the clock
+
+  using State = std::vector<T>;               ///< q, v, z one after the other
+
+  void start(const Segment& segment);
+  void advance(const Segment& segment, std::size_t sample, double max_step);
+  void fetch_commands(const Segment& segment, std::size_t sample);
+  void derivative(const T& t, const State& x, State& dx);
+  void decide_directions(const Mask<T>& active);
+  void kutta_step(const T& h);
+  T first_reversal(const T& h, std::vector<T>& fraction) const;
+  void settle_reversals(const T& first, const std::vector<T>& fraction);
+  T step_to_jump(const T& h) const;
+  void record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out);
+
+  Plant<T, Dyn>& plant_;
+  std::size_t n_, size_;
+  T t_{0.0};
+  State x_, next_, stage_, k1_, k2_, k3_, k4_;
+  std::vector<T> u_, tau_, free_, imbalance_, direction_, breakaway_;
+  std::vector<bool> dry_;                     ///< joints with any dry friction component
+  bool any_dry_ = false;
+
+  /// Where the delayed command of one joint stands, lane by lane.
+  struct Cursor {
+    int joint;
+    T late, next_jump;                        ///< s
+    std::vector<std::size_t> index;           ///< sample of the track now in force
+  };
+  std::vector<Cursor> cursors_;
+  void move_cursor(Cursor& cursor, const Segment& segment);
+};
+
+}  // namespace lacuna
+
+#include "physics/rollout_impl.h"

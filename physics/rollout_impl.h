@@ -1,0 +1,234 @@
+// Definitions of rollout.h; included by it only.
+#pragma once
+
+#include <cmath>
+
+namespace lacuna {
+
+template <class T, class Dyn>
+Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
+    : plant_(plant), n_(static_cast<std::size_t>(plant.dof())),
+      size_(2 * n_ + static_cast<std::size_t>(plant.states())), dry_(n_) {
+  for (State* x : {&x_, &next_, &stage_, &k1_, &k2_, &k3_, &k4_}) x->assign(size_, T(0.0));
+  for (std::vector<T>* w : {&u_, &tau_, &imbalance_, &direction_, &breakaway_}) w->assign(n_, T(0.0));
+  free_.assign(n_, T(1.0));
+  for (std::size_t j = 0; j < n_; ++j) {
+    dry_[j] = plant_.has_dry_friction(static_cast<int>(j));
+    any_dry_ = any_dry_ || dry_[j];
+    if (plant_.delayed(static_cast<int>(j))) {
+      cursors_.push_back({static_cast<int>(j), T(0.0), T(0.0), std::vector<std::size_t>(kLanes<T>)});
+    }
+  }
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::run(const Segment& segment, const std::vector<Channel>& channels, double max_step,
+                          std::vector<T>& out) {
+  out.resize(segment.count * channels.size());
+  start(segment);
+  record(channels, 0, out);
+  for (std::size_t k = 0; k + 1 < segment.count; ++k) {
+    advance(segment, k, max_step);
+    record(channels, k + 1, out);
+  }
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::start(const Segment& segment) {
+  for (std::size_t j = 0; j < n_; ++j) {
+    x_[j] = T(segment.q0[j]);
+    x_[n_ + j] = T(segment.v0[j]);
+    direction_[j] = T(dry_[j] ? (segment.v0[j] > 0.0) - (segment.v0[j] < 0.0) : 0.0);
+  }
+  for (Cursor& cursor : cursors_) {
+    cursor.late = plant_.delay(cursor.joint);
+    std::fill(cursor.index.begin(), cursor.index.end(), std::size_t{0});
+  }
+  t_ = T(segment.time(0));
+  fetch_commands(segment, 0);
+  plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::fetch_commands(const Segment& segment, std::size_t sample) {
+  for (std::size_t j = 0; j < n_; ++j) u_[j] = T(segment.commands->value[j][segment.first + sample]);
+  for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+}
+
+/// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::move_cursor(Cursor& cursor, const Segment& segment) {
+  const std::vector<double>& time = segment.commands->time;
+  const std::vector<double>& value = segment.commands->value[static_cast<std::size_t>(cursor.joint)];
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const double late = lane(cursor.late, k), now = lane(t_, k);
+    std::size_t& i = cursor.index[static_cast<std::size_t>(k)];
+    while (i + 1 < time.size() && time[i + 1] + late <= now + 1e-12 * (1.0 + now)) ++i;
+    set_lane(u_[static_cast<std::size_t>(cursor.joint)], k, value[i]);
+    set_lane(cursor.next_jump, k, i + 1 < time.size() ? time[i + 1] + late : HUGE_VAL);
+  }
+}
+
+template <class T, class Dyn>
+T Rollout<T, Dyn>::step_to_jump(const T& h) const {
+  T out = h;
+  for (const Cursor& cursor : cursors_) out = min(out, max(cursor.next_jump - t_, T(0.0)));
+  return out;
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double max_step) {
+  const double begin = segment.time(sample), end = segment.time(sample + 1);
+  const double pieces = std::ceil((end - begin) / max_step - 1e-9);
+  const double nominal = (end - begin) / pieces;
+  t_ = T(begin);
+  fetch_commands(segment, sample);
+  // Every reversal costs one more round; a lane that reverses more often than this goes on with plain steps.
+  const int most = static_cast<int>(pieces) * 8 + 64;
+  const T close(1e-9 * nominal);
+  std::vector<T> fraction(n_, T(2.0));
+  for (int round = 0;; ++round) {
+    const T left = T(end) - t_;
+    const Mask<T> active = left > close;
+    if (!any(active)) break;
+    T h = select(active, step_to_jump(min(T(nominal), left)), T(0.0));
+    h = select(left - h < close, left, h);  // no crumbs
+    h = select(active, max(h, min(left, T(kShortest * nominal))), T(0.0));
+    decide_directions(active);
+    kutta_step(h);
+    if (any_dry_ && round < most) {
+      const T first = first_reversal(h, fraction);
+      if (any(first < T(1.0))) {
+        h = select(first < T(1.0), h * first, h);
+        kutta_step(h);
+        settle_reversals(first, fraction);
+      }
+    }
+    x_ = next_;
+    t_ = select(active, t_ + h, t_);
+    for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+  }
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::derivative(const T& t, const State& x, State& dx) {
+  const T* q = x.data();
+  const T* v = q + n_;
+  for (std::size_t j = 0; j < n_; ++j) {
+    const int joint = static_cast<int>(j);
+    dx[j] = v[j];
+    tau_[j] = plant_.effort(joint, t, q[j], v[j], u_[j], q + 2 * n_, dx.data() + 2 * n_);
+    if (!dry_[j]) continue;
+    const T speed = max(v[j] * direction_[j], T(0.0));
+    tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, t, q[j], speed, u_[j]);
+  }
+  plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
+}
+
+/// k1 at the present state, with every joint that has come to rest either held or set sliding.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
+  if (any_dry_) {
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (!dry_[j]) continue;
+      breakaway_[j] = plant_.dry_friction(static_cast<int>(j), t_, x_[j], T(0.0), u_[j]);
+      // Without friction the joint is as free as in the plain model; with friction it is held while it has no direction.
+      const Mask<T> frictional = breakaway_[j] > T(0.0);
+      const Mask<T> lost = frictional && (direction_[j] == T(0.0)) && (x_[n_ + j] != T(0.0));
+      direction_[j] = select(frictional, select(lost, sign(x_[n_ + j]), direction_[j]), T(0.0));
+      free_[j] = select(frictional && (direction_[j] == T(0.0)), T(0.0), T(1.0));
+    }
+  }
+  derivative(t_, x_, k1_);
+  if (!any_dry_) return;
+  for (int round = 0; round < kDecisions; ++round) {
+    bool changed = false;
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (!dry_[j]) continue;
+      const Mask<T> slips = active && (free_[j] == T(0.0)) && (abs(imbalance_[j]) > breakaway_[j]);
+      // Set free an instant ago, yet driven back by its neighbours: it stays held over this step.
+      const Mask<T> backs = active && (free_[j] == T(1.0)) && (breakaway_[j] > T(0.0)) && (x_[n_ + j] == T(0.0)) &&
+                            (k1_[n_ + j] * direction_[j] < T(0.0));
+      if (!any(slips || backs)) continue;
+      const bool last = round + 1 == kDecisions;
+      direction_[j] = select(backs, T(0.0), select(slips && Mask<T>(!last), sign(imbalance_[j]), direction_[j]));
+      free_[j] = select(backs, T(0.0), select(slips && Mask<T>(!last), T(1.0), free_[j]));
+      changed = changed || !last || any(backs);
+    }
+    if (!changed) break;
+    derivative(t_, x_, k1_);
+  }
+}
+
+/// next_ = x_ after one step of h, from k1_.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::kutta_step(const T& h) {
+  const T half = T(0.5) * h;
+  for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + half * k1_[i];
+  derivative(t_ + half, stage_, k2_);
+  for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + half * k2_[i];
+  derivative(t_ + half, stage_, k3_);
+  for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + h * k3_[i];
+  derivative(t_ + h, stage_, k4_);
+  const T sixth = h * T(1.0 / 6.0);
+  for (std::size_t i = 0; i < size_; ++i) {
+    next_[i] = x_[i] + sixth * (k1_[i] + T(2.0) * (k2_[i] + k3_[i]) + k4_[i]);
+  }
+}
+
+/// Earliest zero of a sliding joint's speed as a fraction of the step (2: none), and each joint's own.
+template <class T, class Dyn>
+T Rollout<T, Dyn>::first_reversal(const T& h, std::vector<T>& fraction) const {
+  T first(2.0);
+  for (std::size_t j = 0; j < n_; ++j) {
+    fraction[j] = T(2.0);
+    if (!dry_[j]) continue;
+    const T v0 = x_[n_ + j], v1 = next_[n_ + j];
+    const Mask<T> reverses = (breakaway_[j] > T(0.0)) && (v1 * direction_[j] < T(0.0));
+    if (!any(reverses)) continue;
+    const T a0 = h * k1_[n_ + j], a1 = h * k4_[n_ + j];
+    // Cubic v0 + a0 s + b s^2 + c s^3 with the right ends; bracketed Newton from the chord's zero.
+    const T b = T(3.0) * (v1 - v0) - T(2.0) * a0 - a1, c = a0 + a1 - T(2.0) * (v1 - v0);
+    T low(0.0), high(1.0);
+    T s = select(v0 == T(0.0), T(0.5), v0 / select(reverses, v0 - v1, T(1.0)));
+    for (int k = 0; k < 8; ++k) {
+      const T value = (v0 + s * (a0 + s * (b + s * c))) * direction_[j];
+      const T slope = (a0 + s * (T(2.0) * b + s * (T(3.0) * c))) * direction_[j];
+      low = select(value >= T(0.0), s, low);
+      high = select(value >= T(0.0), high, s);
+      const T newton = s - value / select(slope == T(0.0), T(1.0), slope);
+      s = select((newton > low) && (newton < high), newton, T(0.5) * (low + high));
+    }
+    fraction[j] = select(reverses, max(s, T(kShortest)), T(2.0));
+    first = min(first, fraction[j]);
+  }
+  return first;
+}
+
+/// After the step was cut at the first reversal: the joints that reversed there stand still and lose their direction.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::settle_reversals(const T& first, const std::vector<T>& fraction) {
+  for (std::size_t j = 0; j < n_; ++j) {
+    if (!dry_[j]) continue;
+    const Mask<T> stops = (first < T(1.0)) && (fraction[j] <= first * T(1.0 + 1e-9));
+    next_[n_ + j] = select(stops, T(0.0), next_[n_ + j]);
+    direction_[j] = select(stops, T(0.0), direction_[j]);
+  }
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out) {
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const std::size_t j = static_cast<std::size_t>(channels[c].joint);
+    T& value = out[sample * channels.size() + c];
+    switch (channels[c].kind) {
+      case ChannelKind::velocity: value = x_[n_ + j]; break;
+      case ChannelKind::effort:
+        value = plant_.effort(channels[c].joint, t_, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, nullptr);
+        break;
+      default: value = x_[j];
+    }
+  }
+}
+
+}  // namespace lacuna

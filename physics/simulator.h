@@ -1,0 +1,65 @@
+// The population call: many simulations of one experiment with different parameters.
+//
+// Whoever searches (GA, least squares, screening) asks here. On Featherstone the parameter vectors run as SIMD lanes
+// times threads; on any other engine one by one over threads. Same answer for any number of threads.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/executor.h"
+#include "physics/experiment.h"
+#include "physics/plant_model.h"
+
+namespace lacuna {
+
+/// One prediction: parameter vector `individual` on segment `segment`. `predicted[channel][sample]`.
+/// For inverse dynamics the channels are the commanded joints, predicted is the command that the model needs for the
+/// measured motion less the command given, filtered and thinned to twice the cutoff (channel units: V).
+using PredictionVisitor =
+    std::function<void(int individual, int segment, const std::vector<std::vector<double>>& predicted)>;
+
+struct SimulatorOptions {
+  std::string engine = "featherstone";
+  int threads = 1;
+  double max_step = 0.005;          ///< s; see choose_step()
+  const StopFlag* stop = nullptr;
+};
+
+/// A predictor of one plant on one experiment. Stateless between calls; model and experiment must outlive it.
+class Simulator {
+ public:
+  virtual ~Simulator() = default;
+
+  /// Calls `visit` once for every pair, from worker threads, pairs in any order. A diverged simulation holds NaN or inf.
+  virtual void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
+                   const PredictionVisitor& visit) = 0;
+  /// How many parameter vectors share one pass: batches that are multiples of this waste nothing.
+  virtual int lanes() const = 0;
+};
+
+/// Throws WorkError where the engine is not available.
+std::unique_ptr<Simulator> make_simulator(const PlantModel& model, const Experiment& experiment,
+                                          const SimulatorOptions& options);
+
+/// Name of the widest instruction set that the lanes use on this machine ("avx512", "avx2", "sse2") and its width.
+struct LaneInfo {
+  std::string name;
+  int width;
+};
+LaneInfo lane_info();
+
+/// Largest error, as a share of each channel's noise, that the step leaves in the predictions of `values`:
+/// against half the step, times 16/15.
+struct StepChoice {
+  double step = 0.0;               ///< s
+  double error_over_noise = 0.0;   ///< measured by halving
+};
+/// Halves the step from 10 ms until the error stays under a tenth of the noise (or the shortest step is reached).
+StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
+                       std::span<const double> values);
+
+}  // namespace lacuna
