@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,10 @@ struct Solid {
 /// `link_poses`: world pose of each of robot.links(). Throws std::invalid_argument for a wrong count, WorkError for
 /// a pose that is not finite (a simulation that diverged).
 std::vector<Solid> robot_figure(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses);
+
+/// What carries a robot without visuals at its root from a floor at height `ground` below it. Nothing where the first
+/// joint does not turn about the vertical: such a robot swings or slides through the place.
+std::optional<Solid> pillar(const Robot& robot, double ground);
 
 /// World position of a joint: the origin of the link it moves.
 Eigen::Vector3d joint_position(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses, int joint);

@@ -1,0 +1,269 @@
+#include "render/figure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "scenarios/error.h"
+#include "scenarios/robot.h"
+
+namespace lacuna {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr std::array<float, 4> kPinColor{0.15f, 0.16f, 0.18f, 1.0f};
+constexpr std::array<float, 4> kRailColor{0.52f, 0.55f, 0.60f, 1.0f};
+constexpr std::array<float, 4> kMountColor{0.36f, 0.39f, 0.43f, 1.0f};
+constexpr std::array<float, 4> kBoneColor{0.36f, 0.46f, 0.60f, 1.0f};
+constexpr double kOpenRail = 0.5;   // share of the robot's size drawn each way where a prismatic joint has no limit
+constexpr double kProud = 1.12;     // a pin sticks out of its link by this factor
+constexpr double kCollarProud = 1.28;  // a collar round its link
+constexpr double kBone = 0.012;     // radius of a link without visuals, of the robot's size
+constexpr double kPost = 0.035;     // radius of what holds the first joint, likewise
+constexpr double kPlate = 0.085;    // radius of the plate below it, likewise
+constexpr double kPin = 0.016;      // radius of a pin, likewise
+constexpr double kCollar = 0.9;     // a link at least this long along its axis, against across it, turns in a collar
+constexpr double kUpright = 0.9;    // cosine: a first axis at least as upright as this stands on a pillar
+constexpr double kSmallest = 1e-3;  // m: size of a robot whose joints all coincide
+
+Isometry3d body_pose(const Robot& robot, std::span<const Isometry3d> link_poses, int body) {
+  if (body < 0) return Isometry3d::Identity();
+  return link_poses[static_cast<std::size_t>(robot.joints()[static_cast<std::size_t>(body)].link)];
+}
+
+// Rotation that carries z onto `axis`.
+Eigen::Matrix3d frame_along(const Vector3d& axis) {
+  return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+}
+
+Solid rod(Solid::Kind kind, const Vector3d& from, const Vector3d& to, double radius, std::array<float, 4> rgba) {
+  Solid solid{kind, Vector3d(radius, radius, 0.5 * (to - from).norm()), Isometry3d::Identity(), rgba};
+  solid.pose.translation() = 0.5 * (from + to);
+  if ((to - from).norm() > 0) solid.pose.linear() = frame_along((to - from).normalized());
+  return solid;
+}
+
+Solid solid_of(const Visual& visual, const Isometry3d& link_pose) {
+  Solid solid{Solid::Kind::box, 0.5 * visual.size, link_pose * visual.pose, visual.rgba};
+  if (visual.shape == Visual::Shape::cylinder) {
+    solid.kind = Solid::Kind::cylinder;
+    solid.half = Vector3d(visual.size.x(), visual.size.x(), 0.5 * visual.size.y());
+  } else if (visual.shape == Visual::Shape::sphere) {
+    solid.kind = Solid::Kind::sphere;
+    solid.half = Vector3d::Constant(visual.size.x());
+  }
+  return solid;
+}
+
+// Largest distance of a link's drawn (or heavy) parts from the origin of the body it rides on.
+double reach_in_body(const Link& link) {
+  double reach = (link.in_body * (2.0 * link.inertial.com)).norm();
+  for (const Visual& visual : link.visuals) {
+    for (const Vector3d& corner : corners(solid_of(visual, link.in_body))) reach = std::max(reach, corner.norm());
+  }
+  return reach;
+}
+
+double travel(const Joint& joint) {
+  if (!joint.prismatic()) return 0.0;
+  double far = 0.0;
+  for (const double limit : {joint.lower, joint.upper}) {
+    if (std::isfinite(limit)) far = std::max(far, std::abs(limit));
+  }
+  return far;
+}
+
+// The stretched length from the root to the farthest tip. Pins and bones are measured by it; it is the same in every
+// pose, so they are, too.
+double robot_size(const Robot& robot) {
+  std::vector<double> reach(robot.joints().size(), 0.0);
+  for (std::size_t i = 0; i < reach.size(); ++i) {
+    const Joint& joint = robot.joints()[i];
+    reach[i] = joint.origin.translation().norm() + travel(joint);
+    if (joint.parent >= 0) reach[i] += reach[static_cast<std::size_t>(joint.parent)];
+  }
+  double longest = kSmallest;
+  for (const double r : reach) longest = std::max(longest, r);
+  for (const Link& link : robot.links()) {
+    const double at = link.body < 0 ? 0.0 : reach[static_cast<std::size_t>(link.body)];
+    longest = std::max(longest, at + reach_in_body(link));
+  }
+  return longest;
+}
+
+bool has_visuals(const Robot& robot, int body) {
+  return std::any_of(robot.links().begin(), robot.links().end(),
+                     [body](const Link& link) { return link.body == body && !link.visuals.empty(); });
+}
+
+// How far the visuals of a body stretch from a joint: along its axis and across it.
+struct Stretch {
+  double along = 0.0, across = 0.0;
+};
+
+Stretch stretch(const Robot& robot, std::span<const Isometry3d> link_poses, int body, const Vector3d& center,
+                const Eigen::Matrix3d& frame) {
+  Stretch result;
+  for (std::size_t i = 0; i < robot.links().size(); ++i) {
+    if (robot.links()[i].body != body) continue;
+    for (const Visual& visual : robot.links()[i].visuals) {
+      for (const Vector3d& corner : corners(solid_of(visual, link_poses[i]))) {
+        const Vector3d local = frame.transpose() * (corner - center);
+        result.along = std::max(result.along, std::abs(local.z()));
+        result.across = std::max({result.across, std::abs(local.x()), std::abs(local.y())});
+      }
+    }
+  }
+  return result;
+}
+
+// A hinge across its links is a pin that shows at both sides; one that turns a link about its length is a collar.
+Solid turning_joint(const Robot& robot, std::span<const Isometry3d> link_poses, int index, double size) {
+  const Joint& joint = robot.joints()[static_cast<std::size_t>(index)];
+  const Isometry3d& pose = link_poses[static_cast<std::size_t>(joint.link)];
+  Solid solid{Solid::Kind::cylinder, Vector3d::Zero(), pose, kPinColor};
+  // Measured in the link's own frame turned with it, so that a pin keeps its form in every pose.
+  solid.pose.linear() = pose.linear() * frame_along(joint.axis);
+  const Stretch child = stretch(robot, link_poses, index, pose.translation(), solid.pose.linear());
+  double radius = kPin * size, half = 2.0 * radius;
+  if (child.across > 0 && child.along > kCollar * child.across) {
+    radius = kCollarProud * child.across;
+    half = 0.12 * radius;
+  } else if (child.along > 0) {
+    half = child.along;
+    if (joint.parent >= 0 && has_visuals(robot, joint.parent)) {
+      const Stretch parent = stretch(robot, link_poses, joint.parent, pose.translation(), solid.pose.linear());
+      if (parent.along < parent.across) half = std::max(half, parent.along);
+    }
+    half *= kProud;
+  }
+  solid.half = Vector3d(radius, radius, half);
+  return solid;
+}
+
+// The rail of a prismatic joint from limit to limit, with a stop at either end.
+void add_rail(const Robot& robot, std::span<const Isometry3d> link_poses, const Joint& joint, double size,
+              std::vector<Solid>& figure) {
+  const Isometry3d zero = body_pose(robot, link_poses, joint.parent) * joint.origin;
+  const auto reach = [&](double limit, double open) { return std::isfinite(limit) ? limit : open; };
+  const Vector3d from = zero * (joint.axis * reach(joint.lower, -kOpenRail * size));
+  const Vector3d to = zero * (joint.axis * reach(joint.upper, kOpenRail * size));
+  figure.push_back(rod(Solid::Kind::cylinder, from, to, kBone * size, kRailColor));
+  for (const Vector3d& end : {from, to}) {
+    Solid stop{Solid::Kind::box, Vector3d(2.2, 2.2, 0.6) * (kBone * size), zero, kPinColor};
+    stop.pose.linear() = zero.linear() * frame_along(joint.axis);
+    stop.pose.translation() = end;
+    figure.push_back(stop);
+  }
+}
+
+// A root that has no visuals: a plate on the floor and posts to the joints on it.
+void add_mount(const Robot& robot, double size, std::vector<Solid>& figure) {
+  bool turns = false;
+  for (const Joint& joint : robot.joints()) {
+    if (joint.parent >= 0) continue;
+    turns = turns || !joint.prismatic();
+    const Vector3d to = joint.origin.translation();
+    if (to.norm() > kBone * size) {
+      const double radius = joint.prismatic() ? 1.3 * kBone : kPost;
+      figure.push_back(rod(Solid::Kind::cylinder, Vector3d::Zero(), to, radius * size, kMountColor));
+    }
+  }
+  if (!turns) return;  // a rail needs no plate
+  figure.push_back({Solid::Kind::cylinder, Vector3d(kPlate, kPlate, 0.1 * kPlate) * size, Isometry3d::Identity(),
+                    kMountColor});
+  figure.back().pose.translation().z() = 0.1 * kPlate * size;
+}
+
+// A moving body that has no visuals: rods to the joints it carries, and, where it carries none, to a ball at its mass.
+void add_bones(const Robot& robot, std::span<const Isometry3d> link_poses, int body, double size,
+               std::vector<Solid>& figure) {
+  const Isometry3d pose = body_pose(robot, link_poses, body);
+  const double radius = kBone * size;
+  bool carries = false;
+  for (const Joint& joint : robot.joints()) {
+    if (joint.parent != body) continue;
+    carries = true;
+    const Vector3d to = pose * joint.origin.translation();
+    if ((to - pose.translation()).norm() > radius) {
+      figure.push_back(rod(Solid::Kind::capsule, pose.translation(), to, radius, kBoneColor));
+    }
+  }
+  const Vector3d mass = pose * robot.body_inertial(body).com;
+  const bool apart = (mass - pose.translation()).norm() > radius;
+  if (apart && !carries) figure.push_back(rod(Solid::Kind::capsule, pose.translation(), mass, radius, kBoneColor));
+  if (apart || !carries) {
+    figure.push_back({Solid::Kind::sphere, Vector3d::Constant(3.0 * radius), Isometry3d::Identity(), kBoneColor});
+    figure.back().pose.translation() = mass;
+  }
+}
+
+void check_poses(const Robot& robot, std::span<const Isometry3d> link_poses) {
+  if (link_poses.size() != robot.links().size()) {
+    throw std::invalid_argument(std::to_string(link_poses.size()) + " poses for " +
+                                std::to_string(robot.links().size()) + " links");
+  }
+  for (std::size_t i = 0; i < link_poses.size(); ++i) {
+    if (!link_poses[i].matrix().allFinite()) {
+      throw WorkError("link " + quoted(robot.links()[i].name) + ": its pose is not finite and cannot be drawn");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> link_poses) {
+  check_poses(robot, link_poses);
+  const double size = robot_size(robot);
+  std::vector<Solid> figure;
+  for (std::size_t i = 0; i < robot.links().size(); ++i) {
+    for (const Visual& visual : robot.links()[i].visuals) figure.push_back(solid_of(visual, link_poses[i]));
+  }
+  if (!has_visuals(robot, -1)) add_mount(robot, size, figure);
+  for (int body = 0; body < robot.dof(); ++body) {
+    if (!has_visuals(robot, body)) add_bones(robot, link_poses, body, size, figure);
+  }
+  for (int joint = 0; joint < robot.dof(); ++joint) {
+    const Joint& it = robot.joints()[static_cast<std::size_t>(joint)];
+    if (it.prismatic()) {
+      add_rail(robot, link_poses, it, size, figure);
+    } else {
+      figure.push_back(turning_joint(robot, link_poses, joint, size));
+    }
+  }
+  return figure;
+}
+
+std::optional<Solid> pillar(const Robot& robot, double ground) {
+  if (robot.dof() == 0 || has_visuals(robot, -1)) return std::nullopt;
+  const Joint& first = robot.joints().front();
+  const double upright = std::abs((first.origin.linear() * first.axis).z());
+  if (first.prismatic() || upright < kUpright || !(ground < 0)) return std::nullopt;
+  const double radius = 0.6 * kPlate * robot_size(robot);
+  return rod(Solid::Kind::cylinder, Vector3d(0, 0, ground), Vector3d::Zero(), radius, kMountColor);
+}
+
+Vector3d joint_position(const Robot& robot, std::span<const Isometry3d> link_poses, int joint) {
+  if (joint < 0 || joint >= robot.dof()) {
+    throw std::invalid_argument("joint " + std::to_string(joint) + " of a robot with " +
+                                std::to_string(robot.dof()));
+  }
+  return link_poses[static_cast<std::size_t>(robot.joints()[static_cast<std::size_t>(joint)].link)].translation();
+}
+
+std::array<Vector3d, 8> corners(const Solid& solid) {
+  Vector3d half = solid.half;
+  if (solid.kind == Solid::Kind::capsule) half.z() += half.x();
+  std::array<Vector3d, 8> result;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d sign((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1);
+    result[static_cast<std::size_t>(i)] = solid.pose * half.cwiseProduct(sign);
+  }
+  return result;
+}
+
+}  // namespace lacuna
