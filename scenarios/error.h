@@ -28,5 +28,9 @@ class Interrupted : public std::runtime_error {
 
 /// A user's text as it may stand in a one-line message: control characters escaped, cut at `limit` characters.
 std::string quoted(const std::string& text, std::size_t limit = 80);
+/// The same, so that an lvalue does not find std::quoted, which fits it better.
+inline std::string quoted(std::string& text, std::size_t limit = 80) {
+  return quoted(static_cast<const std::string&>(text), limit);
+}
 
 }  // namespace lacuna

@@ -14,6 +14,7 @@ struct Recording {
   std::vector<std::string> names;            ///< column names, unique
   std::vector<std::vector<double>> columns;  ///< one per name, equal lengths; NaN where a value is missing
   std::size_t missing = 0;                   ///< values that were empty, `nan`, or cut off with the file's last line
+  bool cut = false;                          ///< the file's last line stopped in mid-line
 
   std::size_t rows() const { return columns.empty() ? 0 : columns.front().size(); }
   /// Index of a column or -1.
@@ -22,7 +23,7 @@ struct Recording {
 
 /// Limits against hostile files; each is named in the error that it raises.
 struct RecordingLimits {
-  std::uintmax_t bytes = std::uintmax_t{4} << 30;   ///< larger files are refused unread
+  std::uintmax_t bytes = std::uintmax_t{4} << 30;  ///< larger files are refused unread
   std::size_t columns = 4096;
   std::size_t line_bytes = 1 << 20;
 };

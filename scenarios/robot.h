@@ -19,9 +19,9 @@ namespace lacuna {
 
 /// Mass properties of one rigid piece, expressed in a stated frame.
 struct Inertial {
-  double mass = 0.0;                                     ///< kg
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();         ///< m, centre of mass in the frame
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();     ///< kg m^2, about the centre of mass, axes of the frame
+  double mass = 0.0;                                  ///< kg
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< m, centre of mass in the frame
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< kg m^2, about the centre of mass, axes of the frame
 
   /// The same piece seen from another frame; `pose` places the present frame in the new one.
   Inertial seen_from(const Eigen::Isometry3d& pose) const;
@@ -36,16 +36,16 @@ Inertial welded(const Inertial& a, const Inertial& b);
 struct Visual {
   enum class Shape { box, cylinder, sphere };
   Shape shape = Shape::box;
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();        ///< m: box x,y,z; cylinder radius,length(z),0; sphere radius,0,0
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();///< in the link frame
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< m: box x,y,z; cylinder radius,length(z),0; sphere radius,0,0
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the link frame
   std::array<float, 4> rgba{0.6f, 0.6f, 0.6f, 1.0f};
 };
 
 struct Link {
   std::string name;
-  int body = -1;                                         ///< body that carries the link; -1 is the world
+  int body = -1;                                              ///< body that carries the link; -1 is the world
   Eigen::Isometry3d in_body = Eigen::Isometry3d::Identity();  ///< link frame in that body's frame
-  Inertial inertial;                                     ///< in the link frame; mass 0 where the URDF has none
+  Inertial inertial;                                          ///< in the link frame; mass 0 where the URDF has none
   std::vector<Visual> visuals;
 };
 
@@ -55,14 +55,14 @@ enum class JointType { revolute, continuous, prismatic };
 struct Joint {
   std::string name;
   JointType type = JointType::revolute;
-  int parent = -1;                                       ///< body index, smaller than this joint's own; -1 is the world
-  int link = -1;                                         ///< index of the child link in `links()`
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame in the parent body's frame, at q = 0
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();       ///< unit vector in the joint frame
-  double lower = -std::numeric_limits<double>::infinity();   ///< rad or m
-  double upper = std::numeric_limits<double>::infinity();    ///< rad or m
-  double velocity = std::numeric_limits<double>::infinity(); ///< rad/s or m/s
-  double effort = std::numeric_limits<double>::infinity();   ///< N m or N
+  int parent = -1;  ///< body index, smaller than this joint's own; -1 is the world
+  int link = -1;    ///< index of the child link in `links()`
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();   ///< joint frame in the parent body's frame, at q = 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();            ///< unit vector in the joint frame
+  double lower = -std::numeric_limits<double>::infinity();    ///< rad or m
+  double upper = std::numeric_limits<double>::infinity();     ///< rad or m
+  double velocity = std::numeric_limits<double>::infinity();  ///< rad/s or m/s
+  double effort = std::numeric_limits<double>::infinity();    ///< N m or N
 
   bool prismatic() const { return type == JointType::prismatic; }
 };
@@ -98,7 +98,7 @@ class Robot {
   /// farthest from the joint; without visuals twice the centre of mass).
   struct Tool {
     int body = -1;
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< m, in the body frame
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, in the body frame
   };
   const Tool& tool() const { return tool_; }
 

@@ -23,7 +23,7 @@ struct ActuatorSpec {
   std::string joint;
   std::string model;
   std::map<std::string, double> parameters;
-  std::string where;                                   ///< "file:line: key", for messages
+  std::string where;  ///< "file:line: key", for messages
 };
 
 /// One physical effect at one place, as a diagnosis writes it:
@@ -31,9 +31,9 @@ struct ActuatorSpec {
 /// A parameter may also be a map with a `value` (what diagnosis.json holds).
 struct EffectSpec {
   std::string effect;
-  std::string place;                                   ///< joint name or "arm"
+  std::string place;  ///< joint name or "arm"
   std::map<std::string, double> parameters;
-  std::vector<std::string> recordings;                 ///< files in which it acts; empty: in all
+  std::vector<std::string> recordings;  ///< files in which it acts; empty: in all
   std::string where;
 };
 
@@ -41,7 +41,7 @@ struct EffectSpec {
 /// or one full name ("joint_2.gain", "link_3.mass", "joint_2.coulomb_friction.Fc").
 struct IdentifySpec {
   std::string name;
-  bool relative = false;                               ///< bounds are factors of the start value
+  bool relative = false;  ///< bounds are factors of the start value
   double lower = 0.0, upper = 0.0;
   std::string where;
 };
@@ -60,48 +60,53 @@ const char* to_string(ChannelKind kind);
 /// Columns of every joint; joints without a channel of a kind are absent from its map.
 struct ChannelSpecs {
   std::string time;
-  std::map<ChannelKind, std::map<std::string, ColumnSpec>> of;   ///< kind -> joint name -> column
+  std::map<ChannelKind, std::map<std::string, ColumnSpec>> of;  ///< kind -> joint name -> column
 };
 
 enum class Role { train, validate, test };
 const char* to_string(Role role);
 
 struct RecordingSpec {
-  std::string file;                                    ///< as written
+  std::string file;  ///< as written
   Role role = Role::train;
-  std::optional<double> from, to;                      ///< s, on the recording's own clock
-  std::shared_ptr<const Recording> data;               ///< one load per file, shared
+  std::optional<double> from, to;         ///< s, on the recording's own clock
+  std::shared_ptr<const Recording> data;  ///< one load per file, shared
   std::string where;
 };
 
 /// What is compared with the recording.
-struct FreeRun {};                                     ///< one simulation from the start
-struct Windows { double horizon = 0.0; };              ///< s; each started from the measured state
-struct InverseDynamics { double cutoff_hz = 0.0; };    ///< effort needed for the measured, low-passed motion
+struct FreeRun {};  ///< one simulation from the start
+struct Windows {
+  double horizon = 0.0;
+};  ///< s; each started from the measured state
+struct InverseDynamics {
+  double cutoff_hz = 0.0;
+};  ///< effort needed for the measured, low-passed motion
 using Prediction = std::variant<FreeRun, Windows, InverseDynamics>;
 
 struct Scenario {
-  std::filesystem::path file;                          ///< as given
+  std::filesystem::path file;  ///< as given
   std::string name;
-  std::string robot_file;                              ///< as written, relative to the scenario
+  std::string robot_file;  ///< as written, relative to the scenario
   std::shared_ptr<const Robot> robot;
-  Eigen::Vector3d gravity{0.0, 0.0, -9.81};            ///< m/s^2, world frame
-  std::optional<double> sample_period;                 ///< s; absent: irregular clocks
-  std::optional<double> total_mass;                    ///< kg, known sum over the moving links
-  std::vector<ActuatorSpec> actuators;                 ///< at most one per joint; joints without one are passive
+  Eigen::Vector3d gravity{0.0, 0.0, -9.81};  ///< m/s^2, world frame
+  std::optional<double> sample_period;       ///< s; absent: irregular clocks
+  std::optional<double> total_mass;          ///< kg, known sum over the moving links
+  std::vector<ActuatorSpec> actuators;       ///< at most one per joint; joints without one are passive
   std::vector<IdentifySpec> identify;
   ChannelSpecs channels;
-  std::map<ChannelKind, std::map<std::string, double>> noise;  ///< rms in channel units, per kind and joint; absent: estimated
+  std::map<ChannelKind, std::map<std::string, double>>
+      noise;  ///< rms in channel units, per kind and joint; absent: estimated
   std::vector<RecordingSpec> recordings;
   std::vector<EffectSpec> effects;
   Prediction prediction = FreeRun{};
-  std::vector<std::string> notes;                      ///< what loading ignored or counted (meshes, missing samples)
+  std::vector<std::string> notes;  ///< what loading ignored or counted (meshes, missing samples)
 
   std::filesystem::path folder() const { return file.parent_path(); }
 };
 
 struct ScenarioOptions {
-  bool load_recordings = true;    ///< off: recordings' `data` stay empty (render, export, engines)
+  bool load_recordings = true;  ///< off: recordings' `data` stay empty (render, export, engines)
 };
 
 /// Loads and checks everything; throws InputError. Unknown or duplicate keys, wrong types, unknown joints, links or columns,

@@ -1,0 +1,296 @@
+#include "scenarios/scenario_parser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <set>
+
+#include "scenarios/error.h"
+#include "scenarios/files.h"
+#include "scenarios/text.h"
+
+namespace lacuna {
+namespace {
+
+const char* const kFormat = "lacuna-scenario/1";
+constexpr std::array kKinds{ChannelKind::command, ChannelKind::position,   ChannelKind::velocity,
+                            ChannelKind::effort,  ChannelKind::pressure_a, ChannelKind::pressure_b};
+constexpr std::array kRoles{Role::train, Role::validate, Role::test};
+
+double value_of_parameter(const YamlCursor& cursor) {
+  if (!cursor.is_map()) return cursor.number();
+  cursor.expect_keys({"value", "ci95", "unit", "probability"});
+  return cursor.at("value").number();
+}
+
+std::vector<std::string> joint_names(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints()) names.push_back(joint.name);
+  return names;
+}
+
+/// A path in a scenario: relative or absolute, but within the scenario's folder tree once symlinks are resolved.
+std::string inner_path(const YamlCursor& cursor, const Scenario& scenario) {
+  const std::string written = cursor.text();
+  if (!inside(scenario.folder(), resolve(scenario, written)))
+    cursor.fail("a file in the scenario's folder or below it");
+  return written;
+}
+
+}  // namespace
+
+std::filesystem::path resolve(const Scenario& scenario, const std::string& written) {
+  return (scenario.folder() / written).lexically_normal();
+}
+
+void ScenarioParser::parse() {
+  parse_head();
+  parse_robot();
+  const auto section = [&](const char* key, void (ScenarioParser::*read)(const YamlCursor&)) {
+    if (const auto cursor = root_.find(key)) (this->*read)(*cursor);
+  };
+  section("actuators", &ScenarioParser::parse_actuators);
+  section("identify", &ScenarioParser::parse_identify);
+  section("channels", &ScenarioParser::parse_channels);
+  section("noise", &ScenarioParser::parse_noise);
+  section("recordings", &ScenarioParser::parse_recordings);
+  section("effects", &ScenarioParser::parse_effects);
+  section("prediction", &ScenarioParser::parse_prediction);
+}
+
+void ScenarioParser::parse_head() {
+  root_.expect_keys({"format", "name", "robot", "gravity", "sample_period", "total_mass", "actuators", "identify",
+                     "channels", "noise", "recordings", "effects", "prediction"});
+  const YamlCursor format = root_.at("format");
+  if (format.text() != kFormat) format.fail(kFormat);
+  out_.name = root_.at("name").text();
+  if (const auto gravity = root_.find("gravity")) {
+    const auto parts = gravity->items();
+    if (parts.size() != 3) gravity->fail("three numbers [x, y, z], m/s^2");
+    for (int i = 0; i < 3; ++i) out_.gravity[i] = parts[static_cast<std::size_t>(i)].number();
+  }
+  if (const auto period = root_.find("sample_period")) out_.sample_period = period->positive_number();
+  if (const auto mass = root_.find("total_mass")) out_.total_mass = mass->positive_number();
+}
+
+void ScenarioParser::parse_robot() {
+  const YamlCursor cursor = root_.at("robot");
+  out_.robot_file = cursor.text();
+  const auto path = resolve(out_, out_.robot_file);
+  if (!std::filesystem::exists(std::filesystem::status(path))) cursor.fail("a URDF file that exists");
+  std::vector<std::string> notes;
+  out_.robot = Robot::from_urdf(path, &notes);
+  for (const std::string& note : notes) out_.notes.push_back(printable(out_.robot_file) + ": " + note);
+}
+
+void ScenarioParser::expect_joint(const std::string& name, const YamlCursor& at) const {
+  if (!out_.robot->find_joint(name))
+    throw InputError(at.where(), "the joint " + quoted(name) + ", which the robot does not have",
+                     one_of(joint_names(*out_.robot)));
+}
+
+void ScenarioParser::parse_actuators(const YamlCursor& section) {
+  for (const auto& [joint, cursor] : section.entries()) {
+    expect_joint(joint, cursor);
+    ActuatorSpec spec;
+    spec.joint = joint;
+    spec.where = cursor.where();
+    spec.model = cursor.at("model").text();
+    for (const auto& [key, value] : cursor.entries())
+      if (key != "model") spec.parameters[key] = value.number();
+    out_.actuators.push_back(std::move(spec));
+  }
+}
+
+void ScenarioParser::parse_identify(const YamlCursor& section) {
+  for (const auto& [name, cursor] : section.entries()) {
+    IdentifySpec spec;
+    spec.name = name;
+    spec.where = cursor.where();
+    YamlCursor bounds = cursor;
+    if (!cursor.is_list()) {
+      cursor.expect_keys({"bounds", "relative_bounds"});
+      const auto absolute = cursor.find("bounds");
+      const auto relative = cursor.find("relative_bounds");
+      if (absolute.has_value() == relative.has_value())
+        throw InputError(cursor.where(), absolute ? "both bounds and relative_bounds" : "no bounds",
+                         "either bounds or relative_bounds");
+      spec.relative = relative.has_value();
+      bounds = spec.relative ? *relative : *absolute;
+    }
+    std::tie(spec.lower, spec.upper) = bounds.range();
+    out_.identify.push_back(std::move(spec));
+  }
+}
+
+void ScenarioParser::parse_channels(const YamlCursor& section) {
+  std::vector<std::string> keys{"time"};
+  for (const ChannelKind kind : kKinds) keys.emplace_back(to_string(kind));
+  section.expect_keys(keys);
+  if (const auto time = section.find("time")) out_.channels.time = time->text();
+  for (const ChannelKind kind : kKinds)
+    if (const auto cursor = section.find(to_string(kind))) parse_kind(kind, *cursor);
+  refuse_shared_columns();
+}
+
+void ScenarioParser::parse_kind(ChannelKind kind, const YamlCursor& section) {
+  for (const auto& [joint, cursor] : section.entries()) {
+    expect_joint(joint, cursor);
+    ColumnSpec spec;
+    spec.where = cursor.where();
+    if (cursor.is_map()) {
+      cursor.expect_keys({"column", "scale", "offset"});
+      spec.column = cursor.at("column").text();
+      if (const auto scale = cursor.find("scale")) {
+        spec.scale = scale->number();
+        if (spec.scale == 0.0) scale->fail("a factor that is not 0");
+      }
+      if (const auto offset = cursor.find("offset")) spec.offset = offset->number();
+    } else if (cursor.is_scalar()) {
+      spec.column = cursor.text();
+    } else {
+      cursor.fail("a column name or {column, scale, offset}");
+    }
+    if (spec.column == out_.channels.time)
+      throw InputError(spec.where, "the time column " + quoted(spec.column),
+                       "a column of the " + std::string(to_string(kind)));
+    out_.channels.of[kind].emplace(joint, std::move(spec));
+  }
+}
+
+/// A measured column belongs to one joint and one kind; one command may drive several joints.
+void ScenarioParser::refuse_shared_columns() const {
+  std::map<std::string, std::string> users;
+  for (const auto& [kind, joints] : out_.channels.of) {
+    if (kind == ChannelKind::command || kind == ChannelKind::effort) continue;
+    for (const auto& [joint, spec] : joints) {
+      const std::string user = std::string(to_string(kind)) + " of " + printable(joint, 60);
+      const auto [first, fresh] = users.emplace(spec.column, user);
+      if (!fresh)
+        throw InputError(spec.where, "the column " + quoted(spec.column) + ", already the " + first->second,
+                         "a column of its own");
+    }
+  }
+}
+
+void ScenarioParser::parse_noise(const YamlCursor& section) {
+  std::vector<std::string> keys;
+  for (const ChannelKind kind : kKinds)
+    if (kind != ChannelKind::command) keys.emplace_back(to_string(kind));
+  section.expect_keys(keys);
+  for (const ChannelKind kind : kKinds) {
+    const auto cursor = section.find(to_string(kind));
+    if (!cursor) continue;
+    const auto channels = out_.channels.of.find(kind);
+    if (channels == out_.channels.of.end())
+      throw InputError(cursor->where(), "noise of a kind without channels",
+                       fmt::format("channels.{} to be given too", to_string(kind)));
+    auto& noise = out_.noise[kind];
+    if (!cursor->is_map()) {
+      for (const auto& [joint, unused] : channels->second) noise[joint] = cursor->positive_number();
+      continue;
+    }
+    for (const auto& [joint, value] : cursor->entries()) {
+      expect_joint(joint, value);
+      if (channels->second.count(joint) == 0)
+        throw InputError(value.where(), "noise of a joint without that channel",
+                         fmt::format("channels.{} of {} to be given too", to_string(kind), printable(joint, 60)));
+      noise[joint] = value.positive_number();
+    }
+  }
+}
+
+RecordingSpec ScenarioParser::parse_recording(const YamlCursor& entry) const {
+  entry.expect_keys({"file", "role", "from", "to"});
+  RecordingSpec spec;
+  spec.where = entry.where();
+  spec.file = inner_path(entry.at("file"), out_);
+  const YamlCursor role = entry.at("role");
+  const std::string written = role.text();
+  const auto found = std::find_if(kRoles.begin(), kRoles.end(), [&](Role r) { return written == to_string(r); });
+  if (found == kRoles.end()) role.fail("train, validate or test");
+  spec.role = *found;
+  if (const auto from = entry.find("from")) spec.from = from->number();
+  if (const auto to = entry.find("to")) spec.to = to->number();
+  if (spec.from && spec.to && !(*spec.from < *spec.to))
+    throw InputError(spec.where, fmt::format("from {} to {}", format_number(*spec.from), format_number(*spec.to)),
+                     "from before to");
+  return spec;
+}
+
+void ScenarioParser::parse_recordings(const YamlCursor& section) {
+  const auto entries = section.items();
+  if (!entries.empty() && out_.channels.of.count(ChannelKind::position) == 0)
+    throw InputError(section.where(), "recordings but no channels.position", "the columns of the measured positions");
+  for (const YamlCursor& entry : entries) {
+    RecordingSpec spec = parse_recording(entry);
+    for (const RecordingSpec& other : out_.recordings)
+      if (other.file == spec.file && other.role == spec.role && other.from == spec.from && other.to == spec.to)
+        throw InputError(spec.where, quoted(spec.file) + " a second time with the same role and range", "it once");
+    out_.recordings.push_back(std::move(spec));
+  }
+  note_overlaps();
+}
+
+/// What was fitted is no proof: say so where one stretch serves for fitting and for judging.
+void ScenarioParser::note_overlaps() {
+  constexpr double kEnd = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < out_.recordings.size(); ++i)
+    for (std::size_t j = i + 1; j < out_.recordings.size(); ++j) {
+      const RecordingSpec &a = out_.recordings[i], &b = out_.recordings[j];
+      if (a.file != b.file || a.role == b.role) continue;
+      if (std::max(a.from.value_or(-kEnd), b.from.value_or(-kEnd)) < std::min(a.to.value_or(kEnd), b.to.value_or(kEnd)))
+        out_.notes.push_back(
+            fmt::format("{}: the {} and {} ranges overlap", printable(a.file), to_string(a.role), to_string(b.role)));
+    }
+}
+
+EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
+  entry.expect_keys({"effect", "where", "parameters", "recordings", "probability"});
+  EffectSpec spec;
+  spec.where = entry.where();
+  spec.effect = entry.at("effect").text();
+  const YamlCursor place = entry.at("where");
+  spec.place = place.text();
+  if (spec.place != "arm") expect_joint(spec.place, place);
+  if (const auto parameters = entry.find("parameters"))
+    for (const auto& [name, value] : parameters->entries()) spec.parameters[name] = value_of_parameter(value);
+  if (const auto recordings = entry.find("recordings"))
+    for (const YamlCursor& item : recordings->items()) {
+      const std::string file = item.text();
+      const bool known = std::any_of(out_.recordings.begin(), out_.recordings.end(),
+                                     [&](const RecordingSpec& recording) { return recording.file == file; });
+      if (!known) item.fail("a file listed under recordings");
+      if (std::find(spec.recordings.begin(), spec.recordings.end(), file) != spec.recordings.end())
+        item.fail("each recording once");
+      spec.recordings.push_back(file);
+    }
+  return spec;
+}
+
+void ScenarioParser::parse_effects(const YamlCursor& section) {
+  for (const YamlCursor& entry : section.items()) out_.effects.push_back(parse_effect(entry));
+}
+
+void ScenarioParser::parse_prediction(const YamlCursor& section) {
+  if (section.is_scalar()) {
+    if (section.text() != "free_run") section.fail("free_run, {horizon: s} or {inverse_dynamics: {cutoff_hz: Hz}}");
+    out_.prediction = FreeRun{};
+    return;
+  }
+  section.expect_keys({"horizon", "inverse_dynamics"});
+  const auto horizon = section.find("horizon");
+  const auto inverse = section.find("inverse_dynamics");
+  if (horizon.has_value() == inverse.has_value())
+    section.fail("free_run, {horizon: s} or {inverse_dynamics: {cutoff_hz: Hz}}");
+  if (horizon) {
+    out_.prediction = Windows{horizon->positive_number()};
+  } else {
+    inverse->expect_keys({"cutoff_hz"});
+    out_.prediction = InverseDynamics{inverse->at("cutoff_hz").positive_number()};
+  }
+}
+
+}  // namespace lacuna

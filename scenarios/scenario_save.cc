@@ -1,0 +1,189 @@
+// Scenario to YAML. What is written loads to the same values.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+#include <system_error>
+
+#include "scenarios/error.h"
+#include "scenarios/files.h"
+#include "scenarios/scenario.h"
+#include "scenarios/scenario_parser.h"
+#include "scenarios/text.h"
+
+namespace lacuna {
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Text as a YAML scalar: plain where it cannot be read as anything else.
+std::string scalar(const std::string& text) {
+  static const std::set<std::string> kWords{"null", "Null", "NULL", "true", "false", "yes",
+                                            "no",   "on",   "off",  "y",    "n"};
+  const bool plain = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
+                     kWords.count(text) == 0 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+                       return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
+                     });
+  if (plain) return text;
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') out += '\\';
+    if (byte < 0x20 || byte == 0x7F) {
+      out += fmt::format("\\x{:02x}", byte);
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string number_map(const std::map<std::string, double>& values) {
+  std::string out;
+  for (const auto& [name, value] : values)
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", scalar(name), format_number(value));
+  return "{" + out + "}";
+}
+
+/// Where the files of a scenario lie as seen from its new place.
+class Mover {
+ public:
+  Mover(const Scenario& scenario, const fs::path& file)
+      : scenario_(scenario),
+        folder_(file.has_parent_path() ? file.parent_path() : fs::path(".")),
+        stem_(file.stem().string()) {
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw WorkError("cannot make the folder " + printable(folder_.string()) + ": " + error.message());
+  }
+
+  std::string robot() const { return relative(resolve(scenario_, scenario_.robot_file)); }
+
+  /// A recording outside the new folder's tree is copied into it: paths must not leave a scenario's tree.
+  std::string recording(const std::string& written) const {
+    const fs::path source = resolve(scenario_, written);
+    if (inside(folder_, source)) return relative(source);
+    const fs::path local = fs::relative(fs::weakly_canonical(source), fs::weakly_canonical(scenario_folder()));
+    const fs::path target = folder_ / (stem_ + ".recordings") / local;
+    std::error_code error;
+    if (fs::exists(source, error)) {
+      fs::create_directories(target.parent_path(), error);
+      fs::copy_file(source, target, fs::copy_options::overwrite_existing, error);
+      if (error)
+        throw WorkError("cannot copy " + printable(written) + " to " + printable(target.string()) + ": " +
+                        error.message());
+    }
+    return relative(target);
+  }
+
+ private:
+  fs::path scenario_folder() const { return scenario_.folder().empty() ? fs::path(".") : scenario_.folder(); }
+  std::string relative(const fs::path& path) const {
+    std::error_code error;
+    const fs::path out = fs::relative(fs::weakly_canonical(path), fs::weakly_canonical(folder_), error);
+    return error || out.empty() ? fs::absolute(path).string() : out.string();
+  }
+
+  const Scenario& scenario_;
+  fs::path folder_;
+  std::string stem_;
+};
+
+std::string actuators_text(const Scenario& scenario) {
+  std::string out;
+  for (const ActuatorSpec& spec : scenario.actuators) {
+    out += fmt::format("  {}: {{model: {}", scalar(spec.joint), scalar(spec.model));
+    for (const auto& [name, value] : spec.parameters)
+      out += fmt::format(", {}: {}", scalar(name), format_number(value));
+    out += "}\n";
+  }
+  return out.empty() ? out : "actuators:\n" + out;
+}
+
+std::string identify_text(const Scenario& scenario) {
+  std::string out;
+  for (const IdentifySpec& spec : scenario.identify)
+    out += fmt::format("  {}: {{{}: [{}, {}]}}\n", scalar(spec.name), spec.relative ? "relative_bounds" : "bounds",
+                       format_number(spec.lower), format_number(spec.upper));
+  return out.empty() ? out : "identify:\n" + out;
+}
+
+std::string column_text(const ColumnSpec& spec) {
+  if (spec.scale == 1.0 && spec.offset == 0.0) return scalar(spec.column);
+  std::string out = "{column: " + scalar(spec.column);
+  if (spec.scale != 1.0) out += ", scale: " + format_number(spec.scale);
+  if (spec.offset != 0.0) out += ", offset: " + format_number(spec.offset);
+  return out + "}";
+}
+
+std::string channels_text(const Scenario& scenario) {
+  std::string out;
+  if (!scenario.channels.time.empty()) out += "  time: " + scalar(scenario.channels.time) + "\n";
+  for (const auto& [kind, joints] : scenario.channels.of) {
+    out += fmt::format("  {}:\n", to_string(kind));
+    for (const auto& [joint, spec] : joints) out += fmt::format("    {}: {}\n", scalar(joint), column_text(spec));
+  }
+  return out.empty() ? out : "channels:\n" + out;
+}
+
+std::string noise_text(const Scenario& scenario) {
+  std::string out;
+  for (const auto& [kind, joints] : scenario.noise)
+    out += fmt::format("  {}: {}\n", to_string(kind), number_map(joints));
+  return out.empty() ? out : "noise:\n" + out;
+}
+
+std::string recordings_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
+  std::string out;
+  for (const RecordingSpec& spec : scenario.recordings) {
+    out += fmt::format("  - {{file: {}, role: {}", scalar(moved.at(spec.file)), to_string(spec.role));
+    if (spec.from) out += ", from: " + format_number(*spec.from);
+    if (spec.to) out += ", to: " + format_number(*spec.to);
+    out += "}\n";
+  }
+  return out.empty() ? out : "recordings:\n" + out;
+}
+
+std::string effects_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
+  std::string out;
+  for (const EffectSpec& spec : scenario.effects) {
+    out += fmt::format("  - {{effect: {}, where: {}", scalar(spec.effect), scalar(spec.place));
+    if (!spec.parameters.empty()) out += ", parameters: " + number_map(spec.parameters);
+    std::string files;
+    for (const std::string& file : spec.recordings) {
+      const auto at = moved.find(file);
+      files += (files.empty() ? "" : ", ") + scalar(at == moved.end() ? file : at->second);
+    }
+    out += files.empty() ? "}\n" : ", recordings: [" + files + "]}\n";
+  }
+  return out.empty() ? out : "effects:\n" + out;
+}
+
+std::string prediction_text(const Prediction& prediction) {
+  if (const auto* windows = std::get_if<Windows>(&prediction))
+    return fmt::format("prediction: {{horizon: {}}}\n", format_number(windows->horizon));
+  if (const auto* inverse = std::get_if<InverseDynamics>(&prediction))
+    return fmt::format("prediction: {{inverse_dynamics: {{cutoff_hz: {}}}}}\n", format_number(inverse->cutoff_hz));
+  return "prediction: free_run\n";
+}
+
+}  // namespace
+
+void save_scenario(const Scenario& scenario, const fs::path& file) {
+  const Mover mover(scenario, file);
+  std::map<std::string, std::string> moved;
+  for (const RecordingSpec& spec : scenario.recordings)
+    if (moved.count(spec.file) == 0) moved[spec.file] = mover.recording(spec.file);
+  const Eigen::Vector3d& g = scenario.gravity;
+  std::string out =
+      fmt::format("format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [{}, {}, {}]\n", scalar(scenario.name),
+                  scalar(mover.robot()), format_number(g[0]), format_number(g[1]), format_number(g[2]));
+  if (scenario.sample_period) out += "sample_period: " + format_number(*scenario.sample_period) + "\n";
+  if (scenario.total_mass) out += "total_mass: " + format_number(*scenario.total_mass) + "\n";
+  out += actuators_text(scenario) + identify_text(scenario) + channels_text(scenario) + noise_text(scenario) +
+         recordings_text(scenario, moved) + effects_text(scenario, moved) + prediction_text(scenario.prediction);
+  write_file_atomically(file, out);
+}
+
+}  // namespace lacuna
