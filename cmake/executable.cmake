@@ -9,7 +9,7 @@ endfunction()
 
 # Tests of a sanitized build carry it in their name, so that one ctest can run over several builds.
 if(LACUNA_SANITIZE)
-  string(REPLACE "," "+" LACUNA_TEST_PREFIX "${LACUNA_SANITIZE}/")
+  set(LACUNA_TEST_PREFIX "sanitized/")
 else()
   set(LACUNA_TEST_PREFIX "")
 endif()

@@ -13,8 +13,8 @@ target_compile_features(lacuna INTERFACE cxx_std_20)
 install(TARGETS lacuna EXPORT lacunaTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(room scenarios backends physics ga diagnosis reports render)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
-  # An engine's own headers are its own affair.
-  list(FILTER headers EXCLUDE REGEX "^backends/(mujoco|simbody|ode)/")
+  # Headers over a library other than Eigen are ours alone.
+  list(FILTER headers EXCLUDE REGEX "^backends/(mujoco|simbody|ode)/|^physics/lanes\\.h$")
   foreach(header IN LISTS headers)
     get_filename_component(folder ${header} DIRECTORY)
     install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lacuna/${folder})
@@ -27,7 +27,8 @@ install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 install(EXPORT lacunaTargets NAMESPACE lacuna:: DESTINATION ${LACUNA_CMAKE_DIR})
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lacunaConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/cmake/lacunaConfig.cmake INSTALL_DESTINATION ${LACUNA_CMAKE_DIR})
+  ${PROJECT_BINARY_DIR}/cmake/lacunaConfig.cmake INSTALL_DESTINATION ${LACUNA_CMAKE_DIR}
+  PATH_VARS CMAKE_INSTALL_DATADIR)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lacunaConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/cmake/lacunaConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lacunaConfigVersion.cmake

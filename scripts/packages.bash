@@ -3,15 +3,14 @@
 # What every build needs.
 base_packages=(
   build-essential cmake ninja-build ccache pkg-config git ca-certificates
-  libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev
+  libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev libpagmo-dev
   libspdlog-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
 )
-# The other engines, pictures, benchmarks and optimisers: what `minimal` does without.
+# The other engines, pictures and benchmarks: what `minimal` does without.
 engine_packages=(
   libmujoco-dev libqhull-dev libsimbody-dev libode-dev
   libosmesa6-dev libpng-dev
   libbenchmark-dev
-  libpagmo-dev
 )
 # What `scripts/lint` needs.
 lint_packages=(clang-format clang-tidy)

@@ -11,10 +11,7 @@ const char* __lsan_default_options() { return "print_suppressions=0"; }
 
 // What Debian's libraries keep until the process ends. Nothing of ours belongs here.
 const char* __lsan_default_suppressions() {
-  return "leak:libLLVM\n"        // Mesa's software rasterizer, behind OSMesa
-         "leak:libOSMesa\n"
-         "leak:libSimTKcommon\n"  // static registries of Simbody
-         "leak:libtbb\n";
+  return "leak:libOSMesa\n";  // Mesa keeps its screen after the last context is gone
 }
 
 }  // extern "C"
