@@ -27,7 +27,8 @@ std::string escaped(const std::string& text) {
 }
 
 std::string triple(const Eigen::Vector3d& v) {
-  return format_number(v[0]) + ' ' + format_number(v[1]) + ' ' + format_number(v[2]);
+  // Adding 0 turns -0 into 0.
+  return format_number(v[0] + 0.0) + ' ' + format_number(v[1] + 0.0) + ' ' + format_number(v[2] + 0.0);
 }
 
 /// Fixed-axis roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll).

@@ -1,0 +1,35 @@
+// The bundled scenarios as texts: robots from tables of dimensions, scenario files, excitation commands.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenarios/robot.h"
+
+namespace lacuna::generate {
+
+/// Path below scenarios/ -> content.
+using Files = std::map<std::string, std::string>;
+
+/// Masses of links 1 to 6, kg, as the seed paper tables them.
+using LinkMasses = std::vector<double>;
+inline const LinkMasses kTable1Masses{4.6, 5.1, 22.5, 1.6, 4.1, 4.7};    ///< sum 42.6
+inline const LinkMasses kTable5Masses{5.8, 12.7, 6.9, 7.75, 8.31, 4.2};  ///< sum 45.66
+inline const LinkMasses kInitialMasses{0.6, 1.3, 2.8, 1.2, 2.2, 1.7};    ///< row "Init."
+
+/// The seven-function arm: six revolute joints and a gripper jaw whose mass is taken out of link 6.
+std::shared_ptr<const Robot> hydrolek();
+/// The seed's arm: the same six joints, the gripper part of link 6, with the given masses.
+std::shared_ptr<const Robot> seed_arm(const std::string& name, const LinkMasses& masses);
+/// Uniform rods whose motion has a closed form; all hang or stand along z at q = 0.
+std::shared_ptr<const Robot> pendulum();
+std::shared_ptr<const Robot> double_pendulum();
+std::shared_ptr<const Robot> cartpole();
+
+void add_robots(Files& files);
+void add_scenarios(Files& files);
+void add_commands(Files& files);
+
+}  // namespace lacuna::generate

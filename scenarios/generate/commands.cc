@@ -1,0 +1,84 @@
+// Excitation: 20 s of commands at 0.01 s, V, at rest for the first half second.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "scenarios/generate/bundle.h"
+
+namespace lacuna::generate {
+namespace {
+
+constexpr double kPeriod = 0.01;  // s
+constexpr int kSamples = 2000;
+constexpr double kRest = 0.5;  // s
+constexpr double kPeak = 7.0;  // V
+
+/// Command of joint `joint` (1 to 7) at time t; every joint gets its own course, so that all can move at once.
+using Course = std::function<double(double t, int joint)>;
+
+/// Levels of the whole range, held for 0.8 to 2.4 s.
+double steps(double t, int joint) {
+  static constexpr double kLevels[] = {4, -3, 7, 1, -6, 2, -1, 5, -7, 3, -4, 6, -2};
+  static constexpr double kHolds[] = {1.6, 2.4, 0.8, 1.2, 2.0, 0.9, 1.7};
+  double end = kRest;
+  for (int i = 0;; ++i) {
+    end += kHolds[(i + 3 * joint) % 7];
+    if (t < end) return kLevels[(i + 5 * joint) % 13];
+  }
+}
+
+/// Twelve sines from 0.05 to about 3 Hz with Schroeder phases, which keep the peak low; faded in.
+double multisine(double t, int joint) {
+  constexpr int kCount = 12;
+  double sum = 0.0;
+  for (int k = 0; k < kCount; ++k) {
+    const double hertz = (0.05 + 0.003 * joint) * std::pow(58.0, k / 11.0);
+    const double phase = -std::numbers::pi * k * (k + 1.0) / kCount + 0.9 * joint;
+    sum += std::sin(2.0 * std::numbers::pi * hertz * (t - kRest) + phase) / std::sqrt(1.0 + hertz);
+  }
+  return 1.5 * sum * std::min(1.0, (t - kRest) / 2.0);
+}
+
+/// One volt up or down each 0.7 s: 0 to 7 to -7 and back.
+double staircase(double t, int joint) {
+  const int step = static_cast<int>((t - kRest) / 0.7) + 2 * (joint - 2);
+  const int phase = ((step % 28) + 28) % 28;
+  return phase <= 7 ? phase : phase <= 21 ? 14 - phase : phase - 28;
+}
+
+/// Slow reversals: up and down at a constant rate.
+double triangle(double t, int joint) {
+  const double period = 6.0 + 0.7 * joint;
+  const double turn = std::fmod((t - kRest) / period, 1.0);
+  return 6.0 * (turn < 0.25 ? 4 * turn : turn < 0.75 ? 2 - 4 * turn : 4 * turn - 4);
+}
+
+std::string table(const std::vector<int>& joints, const Course& course) {
+  std::string out = "t";
+  for (const int joint : joints) out += fmt::format(",u_{}", joint);
+  out += '\n';
+  for (int i = 0; i < kSamples; ++i) {
+    const double t = i * kPeriod;
+    out += fmt::format("{:.2f}", t);
+    for (const int joint : joints)
+      out += fmt::format(",{:.3f}", t < kRest ? 0.0 : std::clamp(course(t, joint), -kPeak, kPeak) + 0.0);
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace
+
+void add_commands(Files& files) {
+  const std::vector<std::pair<std::string, Course>> courses{
+      {"steps", &steps}, {"multisine", &multisine}, {"staircase", &staircase}, {"triangle", &triangle}};
+  for (const auto& [name, course] : courses) {
+    files["hydrolek/commands_joint_2_" + name + ".csv"] = table({2}, course);
+    files["hydrolek/commands_all_" + name + ".csv"] = table({1, 2, 3, 4, 5, 6, 7}, course);
+  }
+}
+
+}  // namespace lacuna::generate
