@@ -3,6 +3,8 @@
 file(GLOB_RECURSE LACUNA_SOURCES CONFIGURE_DEPENDS
   scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc diagnosis/*.cc reports/*.cc render/*.cc)
 
+list(FILTER LACUNA_SOURCES EXCLUDE REGEX "scenarios/generate/")
+
 # Sources that need a package carry its name in their folder; without the package the folder's stub.cc stands in.
 foreach(engine mujoco simbody ode)
   string(TOUPPER ${engine} ENGINE)
@@ -27,10 +29,14 @@ target_include_directories(lacuna PUBLIC
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/lacuna>)
 # One alignment for Eigen's types in every translation unit and in users' code, whatever instruction set each is built for.
 target_compile_definitions(lacuna PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
+if(LACUNA_SANITIZE)
+  # Eigen would allocate differently under a sanitizer than inside Debian's pagmo, which frees what our code allocated.
+  target_compile_definitions(lacuna PUBLIC $<BUILD_INTERFACE:EIGEN_MALLOC_ALREADY_ALIGNED=1>)
+endif()
 target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
-          spdlog::spdlog Ceres::ceres xsimd Boost::headers PkgConfig::URDFDOM PkgConfig::MATIO)
+          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PkgConfig::URDFDOM PkgConfig::MATIO)
 if(LACUNA_WITH_MUJOCO)
   target_include_directories(lacuna SYSTEM PRIVATE ${MUJOCO_INCLUDE} ${QHULL_R_INCLUDE})
   target_link_libraries(lacuna PRIVATE ${MUJOCO_LIBRARY})

@@ -16,9 +16,9 @@ namespace lacuna {
 /// What a component may see of its joint at one instant.
 template <class T>
 struct JointView {
-  T t{0.0};                      ///< s, from the start of the recording
-  T q{0.0}, v{0.0};              ///< rad, rad/s (m, m/s)
-  T u{0.0};                      ///< V, command as it reaches this component
+  T t = T(0.0);                  ///< s, from the start of the recording
+  T q = T(0.0), v = T(0.0);        ///< rad, rad/s (m, m/s)
+  T u = T(0.0);                  ///< V, command as it reaches this component
   const T* actuator = nullptr;   ///< parameters of the joint's actuator
   const T* z = nullptr;          ///< the component's own states
 };

@@ -42,7 +42,7 @@ class Rollout {
 
   Plant<T, Dyn>& plant_;
   std::size_t n_, size_;
-  T t_{0.0};
+  T t_ = T(0.0);  ///< s, each lane its own
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> u_, tau_, free_, imbalance_, direction_, breakaway_;
   std::vector<bool> dry_;                     ///< joints with any dry friction component

@@ -1,4 +1,5 @@
 // Three-vectors and 3x3 blocks over any scalar type: all the algebra that the tree kernels need.
+// (Scalars are initialised as T(0.0), never as T{0.0}: to a pack the braces are a list of lanes.)
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +10,7 @@ namespace lacuna {
 
 template <class T>
 struct Vec3 {
-  T x{0.0}, y{0.0}, z{0.0};
+  T x = T(0.0), y = T(0.0), z = T(0.0);
 
   friend Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
   friend Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -56,7 +57,7 @@ Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) {
 /// Symmetric 3x3.
 template <class T>
 struct Sym3 {
-  T xx{0.0}, xy{0.0}, xz{0.0}, yy{0.0}, yz{0.0}, zz{0.0};
+  T xx = T(0.0), xy = T(0.0), xz = T(0.0), yy = T(0.0), yz = T(0.0), zz = T(0.0);
 
   friend Sym3 operator+(const Sym3& a, const Sym3& b) {
     return {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};

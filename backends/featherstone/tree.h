@@ -19,7 +19,7 @@ namespace lacuna {
 /// Mass properties of one body, linear in its masses: about the body's origin, axes of the kernel frame.
 template <class T>
 struct BodyMass {
-  T mass{1.0};      ///< kg
+  T mass = T(1.0);  ///< kg
   Vec3<T> moment;   ///< kg m, mass times centre of mass
   Sym3<T> inertia;  ///< kg m^2, about the origin
 };
@@ -70,7 +70,7 @@ class Tree {
     Mat3<T> B;
     Vec3<T> moment, force;         ///< bias force, then transmitted force
     Vec3<T> u_ang, u_lin;          ///< U = inertia times the joint's unit motion
-    T d_inv{0.0}, u{0.0};
+    T d_inv = T(0.0), u = T(0.0);
   };
 
   void place_body(Body& body, const T& q);

@@ -1,0 +1,109 @@
+// The diagnosis of one scenario: what its plain model leaves out, where, how much, and how far the fit improves.
+//
+// The steps stand one file each, in order: baseline.h (identify the plain model), screen.h (every effect at every place,
+// re-identified with it), decide.h (what is better than chance on recordings that were not fitted), verify.h
+// (test recordings, other engines).
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ga/identify.h"
+#include "scenarios/scenario.h"
+
+namespace lacuna {
+
+enum class Verdict { consistent, missing_physics, unknown_physics };
+const char* to_string(Verdict verdict);
+
+struct Rival {
+  std::string effect, place;
+  double probability = 0.0;
+};
+
+/// One effect found.
+struct Finding {
+  std::string effect, place;
+  double probability = 0.0;                 ///< of this effect at this place, among all that were tried and chance
+  std::vector<Rival> rivals;                ///< most probable first
+  std::vector<std::string> members;         ///< the class: effects that the data do not separate from it, itself first
+  std::vector<Estimate> parameters;         ///< names without the place ("Fc")
+  std::vector<std::string> recordings;      ///< files in which it acts; empty: all
+  struct Interval {
+    std::string recording;
+    double begin = 0.0, end = 0.0;          ///< s
+  };
+  std::vector<Interval> times;              ///< where the residual that it removes is largest
+  std::vector<std::string> regions;         ///< in words
+  double p_value = 1.0;                     ///< of the train gain, corrected for everything that was tried
+  double heldout_gain = 0.0;                ///< log-likelihood gained on the validate recordings
+  double heldout_error = 0.0;               ///< its standard error over blocks
+  double heldout_share = 0.0;               ///< share of the validate residual energy removed
+  double stability = 0.0;                   ///< share of block resamples in which it stays the best
+};
+
+struct Unexplained {
+  bool present = false;
+  std::vector<std::string> where;           ///< joints
+  std::vector<std::string> regions;
+  double share = 0.0;                       ///< of the validate residual energy above the noise, after the findings
+};
+
+/// Everything that was tried in one round, for the report.
+struct Candidate {
+  std::string effect, place;
+  double train_gain = 0.0;                  ///< log-likelihood
+  double heldout_gain = 0.0, heldout_error = 0.0, heldout_share = 0.0;
+  double p_value = 1.0;
+  int parameters = 0;
+  std::string note;                         ///< why it was not kept
+};
+
+/// The found model's residual on another engine.
+struct EngineGain {
+  std::string engine;
+  bool available = false;
+  std::string reason;
+  JointRms before, after;                   ///< on the test recordings
+  double kept = 0.0;                        ///< share of the identifying engine's energy reduction that remains
+};
+
+/// Signals of one test recording for the before/after plots; one per joint.
+struct Trace {
+  std::string recording, joint, unit;
+  std::vector<double> time, measured, before, after;
+};
+
+struct Diagnosis {
+  std::string scenario, engine;
+  std::uint64_t seed = 1;
+  Verdict verdict = Verdict::consistent;
+  std::vector<Finding> findings;
+  Unexplained unexplained;
+  JointRms noise;
+  FitResult before, after;                  ///< `after` equals `before` where nothing was found
+  std::vector<std::vector<Candidate>> rounds;
+  std::vector<EngineGain> engines;
+  std::vector<Trace> traces;
+  std::vector<std::string> notes;
+  double seconds = 0.0;
+};
+
+struct DiagnoseOptions {
+  IdentifyOptions identify;
+  int most_effects = 4;                     ///< findings at most
+  bool other_engines = true;
+};
+
+/// Runs all steps. Throws Interrupted (resumable when options.identify.control.checkpoint is set) and WorkError.
+Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options);
+
+/// The scenario with the findings and the identified values put in; runs as it is.
+Scenario diagnosed_scenario(const Scenario& scenario, const Diagnosis& diagnosis);
+
+/// The scenario with identified values put in (masses stay with the robot: `link_masses`).
+Scenario with_values(const Scenario& scenario, const PlantModel& model, std::span<const double> values);
+
+}  // namespace lacuna

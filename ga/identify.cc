@@ -1,0 +1,190 @@
+#include "ga/identify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "ga/pagmo_optimizers.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kTwoSided95 = 1.959963984540054;
+/// A value this near a bound, as a share of the range, counts as stuck at it.
+constexpr double kAtBound = 1e-4;
+constexpr double kIdentifiable = 0.5;
+
+constexpr std::pair<Optimizer, const char*> kNames[] = {{Optimizer::ga, "ga"},
+                                                        {Optimizer::cmaes, "cmaes"},
+                                                        {Optimizer::de, "de"},
+                                                        {Optimizer::lsq, "lsq"},
+                                                        {Optimizer::ga_lsq, "ga+lsq"}};
+
+OptimizerResult search_population(Problem& problem, const IdentifyOptions& options, std::span<const int> segments) {
+  const Box box = problem.space().box(problem.model());
+  const BatchCost cost = [&](std::span<const std::vector<double>> points, std::span<double> out) {
+    problem.costs(points, out, segments, options.fitness);
+  };
+  switch (options.optimizer) {
+    case Optimizer::cmaes:
+    case Optimizer::de: {
+      PagmoOptions pagmo;
+      pagmo.population = options.genetic.population;
+      pagmo.generations = options.genetic.generations;
+      pagmo.seed = options.genetic.seed;
+      pagmo.method = options.optimizer == Optimizer::cmaes ? PagmoMethod::cmaes : PagmoMethod::de;
+      return run_pagmo(box, cost, pagmo, options.control);
+    }
+    default: return run_genetic_algorithm(box, cost, options.genetic, options.control);
+  }
+}
+
+/// "0.81 joint_2.gain + 0.57 joint_2.damping": the members that matter, each scaled by its own size.
+std::string in_words(const Identifiability::Direction& direction, const PlantModel& model, const SearchSpace& space) {
+  std::vector<std::size_t> order(direction.weights.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::fabs(direction.weights[a]) > std::fabs(direction.weights[b]);
+  });
+  std::string text;
+  for (std::size_t k = 0; k < std::min<std::size_t>(order.size(), 5); ++k) {
+    const double weight = direction.weights[order[k]];
+    if (std::fabs(weight) < 0.15) break;
+    const auto& parameter = model.parameters()[static_cast<std::size_t>(space.axes()[order[k]].parameter)];
+    text += fmt::format("{}{:.2f} {}", text.empty() ? (weight < 0 ? "-" : "") : (weight < 0 ? " - " : " + "),
+                        std::fabs(weight), parameter.name);
+  }
+  return text;
+}
+
+Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double error, double relative_error) {
+  const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+  double low = x - kTwoSided95 * error, high = x + kTwoSided95 * error, value = x;
+  if (axis.coordinate == Coordinate::inverse) {
+    value = 1.0 / x;
+    const double a = low > 0.0 ? 1.0 / low : HUGE_VAL, b = 1.0 / std::max(high, 1e-300);
+    low = std::min(a, b), high = std::max(a, b);
+  }
+  const double margin = kAtBound * std::min(axis.upper - axis.lower, std::fabs(x) + 1e-12);
+  return {p.name, p.unit, value, low, high, relative_error < kIdentifiable,
+          x <= axis.lower + margin || x >= axis.upper - margin, false};
+}
+
+}  // namespace
+
+const char* to_string(Optimizer optimizer) {
+  for (const auto& [value, name] : kNames) {
+    if (value == optimizer) return name;
+  }
+  return "";
+}
+
+Optimizer optimizer_from_name(const std::string& name) {
+  std::string known;
+  for (const auto& [value, text] : kNames) {
+    if (name == text) return value;
+    known += (known.empty() ? "" : ", ") + std::string(text);
+  }
+  throw InputError("--optimizer", quoted(name), "one of " + known);
+}
+
+JointRms residual_rms(Problem& problem, std::span<const double> values, Role role) {
+  const std::vector<int> segments = problem.experiment().with_role(role);
+  JointRms out;
+  if (segments.empty()) return out;
+  const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
+  const Eigen::VectorXd r = problem.residuals_of(one, segments).front();
+  const std::vector<Channel> channels = predicted_channels(problem.model(), problem.experiment());
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    double sum = 0.0;
+    Eigen::Index n = 0;
+    for (const ResidualBlock& block : problem.layout(segments)) {
+      if (block.channel != static_cast<int>(c)) continue;
+      sum += r.segment(block.first, block.count).squaredNorm();
+      n += block.count;
+    }
+    const std::string& joint = problem.experiment().joint_names[static_cast<std::size_t>(channels[c].joint)];
+    const bool plain = channels[c].kind == ChannelKind::position || channels[c].kind == ChannelKind::command;
+    const std::string name = plain ? joint : joint + "." + to_string(channels[c].kind);
+    out.emplace_back(name, n > 0 ? problem.weights()[c] * std::sqrt(sum / static_cast<double>(n)) : std::nan(""));
+  }
+  return out;
+}
+
+void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, FitResult& fit) {
+  const std::vector<int> train = problem.experiment().with_role(Role::train);
+  const auto blocks = problem.layout(train);
+  const LeastSquaresResult& s = fit.solution;
+  const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(space.size());
+  fit.effective_samples = effective_samples(s.residual, blocks);
+  const double variance = std::max(s.sum_of_squares, 1e-300) / std::max(n - p, 1.0);
+  fit.identifiability = identifiability(space, s.point, s.jacobian, variance, fit.effective_samples / n);
+  fit.estimates.clear();
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    const double error = std::sqrt(fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(a)));
+    fit.estimates.push_back(
+        estimate_of(model, space.axes()[a], s.point[a], error, fit.identifiability.relative_error[a]));
+  }
+  fit.undetermined.clear();
+  for (const auto& direction : fit.identifiability.undetermined) {
+    fit.undetermined.push_back(in_words(direction, model, space));
+  }
+  if (space.dependent() < 0) return;
+  // The dependent mass is the total less the others: the variance of their sum.
+  const Parameter& parameter = model.parameters()[static_cast<std::size_t>(space.dependent())];
+  double sum = 0.0;
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    for (std::size_t b = 0; b < space.size(); ++b) {
+      const bool masses = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].info == nullptr &&
+                          model.parameters()[static_cast<std::size_t>(space.axes()[b].parameter)].info == nullptr;
+      if (masses) sum += fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+    }
+  }
+  const double value = fit.values[static_cast<std::size_t>(space.dependent())], error = std::sqrt(std::max(sum, 0.0));
+  fit.estimates.push_back({parameter.name, parameter.unit, value, value - kTwoSided95 * error,
+                           value + kTwoSided95 * error, error < kIdentifiable * value, false, true});
+}
+
+FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
+                   const IdentifyOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<int> train = experiment.with_role(Role::train);
+  if (train.empty()) throw WorkError("no recording has the role train: nothing to identify from");
+  FitResult fit;
+  fit.engine = options.simulator.engine;
+  fit.optimizer = to_string(options.optimizer);
+  SimulatorOptions simulator = options.simulator;
+  fit.step = options.step ? StepChoice{*options.step, std::nan("")}
+                          : choose_step(model, experiment, simulator, model.values());
+  simulator.max_step = fit.step.step;
+  Problem problem(model, experiment, space, simulator, first_weights(model, experiment));
+  std::vector<double> start = space.start();
+  if (options.optimizer != Optimizer::lsq && space.size() > 0) {
+    const OptimizerResult found = search_population(problem, options, train);
+    if (found.interrupted) throw Interrupted();
+    if (!std::isfinite(found.best_cost)) throw WorkError("every simulation of the search diverged");
+    fit.history = found.history;
+    fit.search_cost = found.best_cost;
+    fit.evaluations += found.evaluations;
+    start = found.best;
+  }
+  LeastSquaresOptions finish;
+  finish.control = options.control;
+  const bool refine = options.optimizer == Optimizer::lsq || options.optimizer == Optimizer::ga_lsq;
+  if (!refine) finish.iterations = 0;
+  fit.solution = solve_least_squares(problem, start, train, finish);
+  fit.point = fit.solution.point;
+  fit.evaluations += fit.solution.evaluations;
+  fit.values = space.expand(fit.point);
+  describe_fit(model, space, problem, fit);
+  for (const Role role : {Role::train, Role::validate, Role::test}) {
+    fit.rms.emplace_back(role, residual_rms(problem, fit.values, role));
+  }
+  fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return fit;
+}
+
+}  // namespace lacuna

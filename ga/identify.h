@@ -1,0 +1,68 @@
+// Identification: a search over a plant's free parameters on the train recordings, and what its answer is worth.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ga/genetic_algorithm.h"
+#include "ga/least_squares.h"
+
+namespace lacuna {
+
+enum class Optimizer { ga, cmaes, de, lsq, ga_lsq };
+const char* to_string(Optimizer optimizer);
+/// Throws InputError naming the known ones.
+Optimizer optimizer_from_name(const std::string& name);
+
+struct IdentifyOptions {
+  Optimizer optimizer = Optimizer::ga_lsq;
+  Fitness fitness = Fitness::norm_2;
+  GeneticOptions genetic;              ///< population, generations, codings, operators, seed
+  SimulatorOptions simulator;          ///< engine, threads; max_step is chosen unless `step` is given
+  std::optional<double> step;          ///< s
+  RunControl control;
+};
+
+/// One parameter of the answer.
+struct Estimate {
+  std::string name, unit;
+  double value = 0.0;
+  double lower95 = 0.0, upper95 = 0.0;
+  bool identifiable = false;           ///< its standard error is under half its size
+  bool at_bound = false;
+  bool derived = false;                ///< follows from the total mass
+};
+
+/// Residual rms per joint in channel units (positions; efforts in command units for inverse dynamics).
+using JointRms = std::vector<std::pair<std::string, double>>;
+
+struct FitResult {
+  std::string engine, optimizer;
+  std::vector<double> values;          ///< full parameter vector of the plant
+  std::vector<double> point;           ///< search point
+  std::vector<Estimate> estimates;
+  Identifiability identifiability;
+  std::vector<std::string> undetermined;  ///< combinations that the data cannot tell apart, in words
+  LeastSquaresResult solution;
+  double effective_samples = 0.0;
+  std::vector<std::pair<Role, JointRms>> rms;
+  std::vector<GenerationRecord> history;  ///< of the population search
+  double search_cost = 0.0;            ///< fitness cost after the population search
+  StepChoice step;
+  long evaluations = 0;
+  double seconds = 0.0;
+};
+
+/// Search (population search, then least squares, as the optimiser says) on the train segments.
+/// Throws Interrupted with the checkpoint kept, WorkError when nothing converges.
+FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
+                   const IdentifyOptions& options);
+
+/// Estimates with 95 % intervals, identifiability, and the combinations in words, from a least-squares solution.
+void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, FitResult& fit);
+
+/// rms of the residual per joint over the segments of one role.
+JointRms residual_rms(Problem& problem, std::span<const double> values, Role role);
+
+}  // namespace lacuna

@@ -1,0 +1,53 @@
+// Nonlinear least squares within bounds (Ceres, Levenberg-Marquardt), Jacobians by one population call.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ga/problem.h"
+
+namespace lacuna {
+
+struct LeastSquaresOptions {
+  int iterations = 50;
+  double tolerance = 1e-8;         ///< relative change of the cost at which it stops
+  RunControl control;
+};
+
+struct LeastSquaresResult {
+  std::vector<double> point;       ///< search coordinates
+  Eigen::VectorXd residual;        ///< whitened, at `point`
+  Eigen::MatrixXd jacobian;        ///< at `point`
+  double sum_of_squares = 0.0;
+  int iterations = 0;
+  long evaluations = 0;            ///< simulations of all segments
+  bool converged = false;
+};
+
+/// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated.
+LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<double>& start,
+                                       std::span<const int> segments, const LeastSquaresOptions& options = {});
+
+/// Samples' worth of independent information in a residual: sum over blocks of n / (1 + 2 sum of autocorrelations),
+/// summed up to the first non-positive pair (Geyer's initial positive sequence). At most the number of samples.
+double effective_samples(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks);
+
+/// What the data determine.
+struct Identifiability {
+  int rank = 0;                            ///< directions known better than their own size
+  double condition = 0.0;                  ///< of the sensitivities, columns scaled by the parameters' sizes
+  Eigen::MatrixXd covariance;              ///< of the search point; infinite directions are left out, see `rank`
+  std::vector<double> relative_error;      ///< per axis: standard error over the parameter's size
+  struct Direction {
+    double relative_error = 0.0;           ///< standard error along it, over its size
+    std::vector<double> weights;           ///< unit vector over the axes, each scaled by its size
+  };
+  std::vector<Direction> undetermined;     ///< worst first
+};
+
+/// From the whitened Jacobian. `variance` is the residual's variance (whitened), `samples_share` the effective share of
+/// the samples: together they scale the covariance.
+Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
+                                const Eigen::MatrixXd& jacobian, double variance, double samples_share);
+
+}  // namespace lacuna

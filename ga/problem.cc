@@ -1,0 +1,156 @@
+#include "ga/problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+/// Step of the forward difference, as a share of the coordinate's size: far above rounding (1e-16 / 1e-6), far below
+/// the curvature of any response here.
+constexpr double kDifference = 1e-6;
+
+double difference_step(const Axis& axis, double x) {
+  const double size = std::max(std::fabs(x), 1e-3 * std::min(axis.upper - axis.lower, 1e6));
+  const double step = kDifference * std::max(size, 1e-12);
+  return x + step <= axis.upper ? step : -step;
+}
+
+bool inverse(const Experiment& experiment) { return std::holds_alternative<InverseDynamics>(experiment.prediction); }
+
+}  // namespace
+
+std::vector<Channel> predicted_channels(const PlantModel& model, const Experiment& experiment) {
+  if (!inverse(experiment)) return experiment.channels;
+  std::vector<Channel> out;
+  for (int j = 0; j < model.dof(); ++j) out.push_back({ChannelKind::command, j, "V", std::nan(""), false});
+  return out;
+}
+
+std::vector<double> first_weights(const PlantModel& model, const Experiment& experiment) {
+  std::vector<double> out;
+  for (const Channel& channel : predicted_channels(model, experiment)) {
+    const std::size_t j = static_cast<std::size_t>(channel.joint);
+    double weight = channel.noise;
+    if (!(weight > 0.0)) {
+      weight = 1e-2 * (channel.kind == ChannelKind::command    ? experiment.command_rms[j]
+                       : channel.kind == ChannelKind::velocity ? experiment.speed_rms[j]
+                                                               : experiment.position_rms[j]);
+    }
+    out.push_back(weight > 0.0 ? weight : 1.0);
+  }
+  return out;
+}
+
+Problem::Problem(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
+                 const SimulatorOptions& options, std::vector<double> weights)
+    : model_(model), experiment_(experiment), space_(space), options_(options), weights_(std::move(weights)),
+      simulator_(make_simulator(model, experiment, options)) {
+  if (!inverse(experiment_)) return;
+  thinned_.resize(experiment.segments.size());
+  std::vector<int> all(experiment.segments.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  const std::vector<std::vector<double>> one{model.values()};
+  simulator_->run(one, all, [&](int, int segment, const auto& predicted) {
+    thinned_[static_cast<std::size_t>(segment)] = predicted.front().size();
+  });
+}
+
+std::vector<ResidualBlock> Problem::layout(std::span<const int> segments) const {
+  std::vector<ResidualBlock> out;
+  Eigen::Index row = 0;
+  for (const int s : segments) {
+    const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
+    for (std::size_t c = 0; c < weights_.size(); ++c) {
+      Eigen::Index count = 0;
+      if (inverse(experiment_)) {
+        count = static_cast<Eigen::Index>(thinned_[static_cast<std::size_t>(s)]);
+      } else {
+        const auto& column = segment.measured[c];
+        count = std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
+      }
+      out.push_back({s, static_cast<int>(c), row, count});
+      row += count;
+    }
+  }
+  return out;
+}
+
+std::vector<Eigen::VectorXd> Problem::residuals_of(std::span<const std::vector<double>> values,
+                                                   std::span<const int> segments) {
+  const std::vector<ResidualBlock> blocks = layout(segments);
+  const Eigen::Index rows = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
+  std::vector<Eigen::VectorXd> out(values.size(), Eigen::VectorXd(rows));
+  simulator_->run(values, segments, [&](int individual, int s, const auto& predicted) {
+    const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
+    Eigen::VectorXd& r = out[static_cast<std::size_t>(individual)];
+    for (const ResidualBlock& block : blocks) {
+      if (block.segment != s) continue;
+      const std::size_t c = static_cast<std::size_t>(block.channel);
+      Eigen::Index row = block.first;
+      for (std::size_t k = 0; k < predicted[c].size(); ++k) {
+        const double measured = inverse(experiment_) ? 0.0 : segment.measured[c][k];
+        if (std::isfinite(measured)) r(row++) = (predicted[c][k] - measured) / weights_[c];
+      }
+    }
+  });
+  return out;
+}
+
+std::vector<Eigen::VectorXd> Problem::residuals(std::span<const std::vector<double>> points,
+                                                std::span<const int> segments) {
+  std::vector<std::vector<double>> values;
+  for (const std::vector<double>& point : points) values.push_back(space_.expand(point));
+  return residuals_of(values, segments);
+}
+
+Eigen::VectorXd Problem::residual(const std::vector<double>& point, std::span<const int> segments) {
+  const std::vector<std::vector<double>> one{point};
+  return residuals(one, segments).front();
+}
+
+Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen::VectorXd& at,
+                                  std::span<const int> segments) {
+  std::vector<std::vector<double>> points;
+  std::vector<double> steps;
+  for (std::size_t a = 0; a < space_.size(); ++a) {
+    steps.push_back(difference_step(space_.axes()[a], point[a]));
+    points.push_back(point);
+    points.back()[a] += steps.back();
+  }
+  const std::vector<Eigen::VectorXd> moved = residuals(points, segments);
+  Eigen::MatrixXd J(at.size(), static_cast<Eigen::Index>(space_.size()));
+  for (std::size_t a = 0; a < space_.size(); ++a) {
+    J.col(static_cast<Eigen::Index>(a)) = (moved[a] - at) / (points[a][a] - point[a]);
+  }
+  return J;
+}
+
+void Problem::costs(std::span<const std::vector<double>> points, std::span<double> out, std::span<const int> segments,
+                    Fitness fitness) {
+  std::vector<std::vector<double>> values;
+  for (const std::vector<double>& point : points) values.push_back(space_.expand(point));
+  // One accumulator for each individual and segment, merged in a fixed order: the same bits for any number of threads.
+  std::vector<std::vector<NormAccumulator>> sums(points.size(), std::vector<NormAccumulator>(segments.size()));
+  std::vector<std::size_t> place(experiment_.segments.size(), 0);
+  for (std::size_t k = 0; k < segments.size(); ++k) place[static_cast<std::size_t>(segments[k])] = k;
+  simulator_->run(values, segments, [&](int individual, int s, const auto& predicted) {
+    const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
+    NormAccumulator& sum = sums[static_cast<std::size_t>(individual)][place[static_cast<std::size_t>(s)]];
+    for (std::size_t c = 0; c < predicted.size(); ++c) {
+      for (std::size_t k = 0; k < predicted[c].size(); ++k) {
+        const double measured = inverse(experiment_) ? 0.0 : segment.measured[c][k];
+        sum.add((predicted[c][k] - measured) / weights_[c], measured / weights_[c]);
+      }
+    }
+  });
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    NormAccumulator total;
+    for (const NormAccumulator& sum : sums[i]) total.merge(sum);
+    out[i] = total.cost(fitness);
+  }
+}
+
+}  // namespace lacuna

@@ -1,0 +1,68 @@
+// A search problem: parameters in, whitened residuals out, many at once.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "ga/fitness.h"
+#include "ga/search_space.h"
+#include "physics/simulator.h"
+
+namespace lacuna {
+
+/// One sample of the stacked residual: where it came from.
+struct ResidualBlock {
+  int segment = 0, channel = 0;
+  Eigen::Index first = 0, count = 0;   ///< rows in the stacked residual
+};
+
+/// Whitened residuals (predicted - measured) / weight of chosen segments, stacked segment by segment, channel by
+/// channel, missing samples left out. Model, experiment and space must outlive it.
+class Problem {
+ public:
+  /// `weights`: one rms per channel of the prediction, channel units.
+  Problem(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
+          const SimulatorOptions& options, std::vector<double> weights);
+
+  const PlantModel& model() const { return model_; }
+  const Experiment& experiment() const { return experiment_; }
+  const SearchSpace& space() const { return space_; }
+  const std::vector<double>& weights() const { return weights_; }
+  Simulator& simulator() { return *simulator_; }
+  const SimulatorOptions& options() const { return options_; }
+
+  /// One column per full parameter vector (not search point).
+  std::vector<Eigen::VectorXd> residuals_of(std::span<const std::vector<double>> values, std::span<const int> segments);
+  /// The same of search points.
+  std::vector<Eigen::VectorXd> residuals(std::span<const std::vector<double>> points, std::span<const int> segments);
+  Eigen::VectorXd residual(const std::vector<double>& point, std::span<const int> segments);
+
+  /// d residual / d point by forward differences, all columns in one batch; `at` = residual(point).
+  Eigen::MatrixXd jacobian(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments);
+
+  /// Layout of the stacked residual.
+  std::vector<ResidualBlock> layout(std::span<const int> segments) const;
+
+  /// Costs of search points under one of the paper's fitness functions (errors whitened), nothing stored.
+  void costs(std::span<const std::vector<double>> points, std::span<double> out, std::span<const int> segments,
+             Fitness fitness);
+
+ private:
+  const PlantModel& model_;
+  const Experiment& experiment_;
+  const SearchSpace& space_;
+  SimulatorOptions options_;
+  std::vector<double> weights_;
+  std::unique_ptr<Simulator> simulator_;
+  std::vector<std::size_t> thinned_;   ///< inverse dynamics: samples per segment after thinning
+};
+
+/// Channels of the prediction: the measured ones, or for inverse dynamics one per joint in command units.
+std::vector<Channel> predicted_channels(const PlantModel& model, const Experiment& experiment);
+
+/// rms per channel to weigh residuals by: the noise where it is stated or estimated, else the channel's own size.
+std::vector<double> first_weights(const PlantModel& model, const Experiment& experiment);
+
+}  // namespace lacuna

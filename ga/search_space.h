@@ -1,0 +1,63 @@
+// Which numbers of a plant are searched, between which bounds, and how a search point becomes a parameter vector.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ga/optimizer.h"
+#include "physics/experiment.h"
+#include "physics/plant_model.h"
+
+namespace lacuna {
+
+/// One coordinate of the search. Bounds and start are in the search coordinate (the inverse of the parameter for
+/// Coordinate::inverse, the parameter itself otherwise).
+struct Axis {
+  int parameter = 0;              ///< index in PlantModel::parameters()
+  double lower = 0.0, upper = 0.0, start = 0.0;
+  Coordinate coordinate = Coordinate::linear;
+};
+
+/// Search point -> parameter vector. With a known total mass one free link mass (the heaviest at the start) is no axis:
+/// it takes what the others leave, within its bounds; beyond them the others are scaled so that the total always holds.
+class SearchSpace {
+ public:
+  /// Axes from the scenario's `identify`; throws InputError for names that match nothing, start values outside the
+  /// bounds, relative bounds of a zero start value, or a total mass that cannot be met.
+  SearchSpace(const PlantModel& model, const Scenario& scenario);
+
+  /// One more axis at the end (an effect's parameter). Bounds are cut to the parameter's physical range.
+  void add(const PlantModel& model, const Axis& axis);
+
+  std::size_t size() const { return axes_.size(); }
+  const std::vector<Axis>& axes() const { return axes_; }
+  Box box(const PlantModel& model) const;
+  std::vector<double> start() const;
+
+  /// Full parameter vector of a search point; parameters that are no axis keep their value in the model.
+  std::vector<double> expand(std::span<const double> point) const;
+  /// The search point of a parameter vector.
+  std::vector<double> contract(std::span<const double> values) const;
+
+  /// The mass that is not searched but follows from the total; its parameter index, or -1.
+  int dependent() const { return dependent_; }
+
+ private:
+  void constrain_total_mass(const PlantModel& model, const Scenario& scenario);
+
+  std::vector<Axis> axes_;
+  std::vector<double> base_;      ///< values of the model
+  int dependent_ = -1;
+  double dependent_lower_ = 0.0, dependent_upper_ = 0.0;
+  double free_mass_ = 0.0;        ///< kg, what the free masses must sum to
+  std::vector<std::size_t> mass_axes_;
+};
+
+/// Value of a typical size, in the unit of a parameter of this scale at `joint` (-1: the arm): what one `start` of an
+/// effect's parameter is measured in. Taken from the train recordings and the model's start values.
+double typical_size(Scale scale, const PlantModel& model, const Experiment& experiment, int joint,
+                    std::span<const double> values);
+
+}  // namespace lacuna
