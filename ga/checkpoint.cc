@@ -62,12 +62,9 @@ json to_json(const Checkpoint& checkpoint) {
     history.push_back({exact_text(r.best), exact_text(r.median), exact_text(r.mean), exact_text(r.diversity),
                        r.evaluations, exact_text(r.seconds)});
   }
-  return {{"best", exact_list(checkpoint.best)},
-          {"best_cost", exact_text(checkpoint.best_cost)},
-          {"evaluations", checkpoint.evaluations},
-          {"history", history},
-          {"population", checkpoint.population},
-          {"costs", exact_list(checkpoint.costs)}};
+  return {{"best", exact_list(checkpoint.best)},   {"best_cost", exact_text(checkpoint.best_cost)},
+          {"evaluations", checkpoint.evaluations}, {"history", history},
+          {"population", checkpoint.population},   {"costs", exact_list(checkpoint.costs)}};
 }
 
 GenerationRecord record_from(const json& row) {
@@ -118,8 +115,8 @@ void require_same(const std::string& file, const json& found, const json& expect
 
 [[noreturn]] void fail(const std::filesystem::path& file, const char* action) {
   const int error = errno;
-  throw WorkError(fmt::format("{}: cannot {} the checkpoint: {}", file.string(), action,
-                              std::generic_category().message(error)));
+  throw WorkError(
+      fmt::format("{}: cannot {} the checkpoint: {}", file.string(), action, std::generic_category().message(error)));
 }
 
 /// A file descriptor that is closed on every way out.

@@ -18,7 +18,7 @@ struct RunIdentity {
   std::string optimizer;
   std::vector<std::pair<std::string, std::string>> options;  ///< everything that influences the result, as exact text
   Box box;
-  std::string problem;                                       ///< RunControl::problem
+  std::string problem;  ///< RunControl::problem
 };
 
 /// Where a run is, after `history.size()` generations.

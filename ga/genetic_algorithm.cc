@@ -92,8 +92,7 @@ class Evolution {
   }
 
   std::vector<Chromosome> first_population() const {
-    std::vector<Chromosome> population(static_cast<std::size_t>(options_.population),
-                                       Chromosome(box_.lower.size()));
+    std::vector<Chromosome> population(static_cast<std::size_t>(options_.population), Chromosome(box_.lower.size()));
     for (std::size_t i = 0; i < population.size(); ++i) {
       if (i < options_.start_points.size()) {
         population[i] = encode(options_.start_points[i], box_);
@@ -154,8 +153,8 @@ class Evolution {
     std::vector<std::vector<double>> points;
     for (const auto& chromosome : state_.population) points.push_back(decode(chromosome, box_));
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    state_.history.push_back(record_generation(points, state_.costs, box_, state_.best_cost, state_.evaluations,
-                                               seconds_before_ + seconds));
+    state_.history.push_back(
+        record_generation(points, state_.costs, box_, state_.best_cost, state_.evaluations, seconds_before_ + seconds));
     if (!control_.checkpoint.empty()) save_checkpoint(control_.checkpoint, identity_, state_);
     if (control_.progress) {
       control_.progress({.stage = "genetic algorithm",

@@ -12,17 +12,17 @@
 namespace lacuna {
 
 struct GeneticOptions {
-  int population = 70;                                 ///< 2 .. 1000000
-  int generations = 200;                               ///< populations evaluated, the first one included; at least 1
+  int population = 70;    ///< 2 .. 1000000
+  int generations = 200;  ///< populations evaluated, the first one included; at least 1
   Coding coding = Coding::mvbs;
   Selection selection = Selection::roulette;
-  int tournament_size = 2;                             ///< 1 .. population; tournament selection only
-  Crossover crossover = Crossover::pointwise;          ///< uniform_bit needs MVBS coding
-  int cut_points = 2;                                  ///< at least 1; more than the string has places: all places
-  double crossover_rate = 0.8;                         ///< Pc, chance that a pair is crossed; 0 .. 1
-  Mutation mutation = Mutation::per_gene;              ///< per_bit needs MVBS coding
-  double mutation_rate = 0.05;                         ///< Pm, per what `mutation` says; 0 .. 1
-  int elite = 1;                                       ///< best individuals kept unchanged; 0 .. population - 1
+  int tournament_size = 2;                     ///< 1 .. population; tournament selection only
+  Crossover crossover = Crossover::pointwise;  ///< uniform_bit needs MVBS coding
+  int cut_points = 2;                          ///< at least 1; more than the string has places: all places
+  double crossover_rate = 0.8;                 ///< Pc, chance that a pair is crossed; 0 .. 1
+  Mutation mutation = Mutation::per_gene;      ///< per_bit needs MVBS coding
+  double mutation_rate = 0.05;                 ///< Pm, per what `mutation` says; 0 .. 1
+  int elite = 1;                               ///< best individuals kept unchanged; 0 .. population - 1
   std::uint64_t seed = 1;
   /// Points that replace the first individuals of the random first population, rounded to the coding's grid; at most
   /// `population`. The paper has none.

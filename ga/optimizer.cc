@@ -22,13 +22,14 @@ void validate(const Box& box) {
   const std::size_t n = box.lower.size();
   if (n == 0) throw std::invalid_argument("box: no parameter, allowed: at least one");
   if (box.upper.size() != n || (!box.names.empty() && box.names.size() != n)) {
-    throw std::invalid_argument(fmt::format("box: {} lower bounds, {} upper bounds, {} names, allowed: equal numbers", n,
-                                            box.upper.size(), box.names.size()));
+    throw std::invalid_argument(fmt::format("box: {} lower bounds, {} upper bounds, {} names, allowed: equal numbers",
+                                            n, box.upper.size(), box.names.size()));
   }
   for (std::size_t i = 0; i < n; ++i) {
     const double lower = box.lower[i], upper = box.upper[i];
     // Decoding multiplies the width by a 16-bit integer, which must not overflow.
-    if (!std::isfinite(lower) || !std::isfinite(upper) || !(lower < upper) || !std::isfinite(65536.0 * (upper - lower))) {
+    if (!std::isfinite(lower) || !std::isfinite(upper) || !(lower < upper) ||
+        !std::isfinite(65536.0 * (upper - lower))) {
       throw std::invalid_argument(fmt::format("box: {} has bounds [{}, {}], allowed: finite, lower < upper",
                                               parameter_name(box, i), lower, upper));
     }
@@ -38,8 +39,8 @@ void validate(const Box& box) {
 void validate_points(const std::string& option, std::span<const std::vector<double>> points, const Box& box) {
   for (std::size_t p = 0; p < points.size(); ++p) {
     if (points[p].size() != box.lower.size()) {
-      throw std::invalid_argument(fmt::format("{}: point {} has {} values, allowed: {}", option, p, points[p].size(),
-                                              box.lower.size()));
+      throw std::invalid_argument(
+          fmt::format("{}: point {} has {} values, allowed: {}", option, p, points[p].size(), box.lower.size()));
     }
     for (std::size_t i = 0; i < points[p].size(); ++i) {
       if (points[p][i] >= box.lower[i] && points[p][i] <= box.upper[i]) continue;

@@ -14,6 +14,7 @@
 #include <pagmo/algorithms/pso_gen.hpp>
 #include <pagmo/algorithms/sade.hpp>
 #include <pagmo/algorithms/sga.hpp>
+#include <pagmo/bfe.hpp>
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 #include <stdexcept>
@@ -33,7 +34,7 @@ using Points = std::vector<std::vector<double>>;
 /// Stands for a failed evaluation inside pagmo, which compares and subtracts costs and so needs finite ones.
 constexpr double failed_cost = 1e300;
 
-/// The algorithms evaluate point by point, but choose all points of a generation before they look at its costs. So each
+/// Most algorithms evaluate point by point, but choose all points of a generation before they look at its costs. So each
 /// generation is run twice: once on copies, only to learn the points, then, after these were evaluated together, in
 /// earnest. The second run is identical because the algorithm's random state is part of what is copied.
 struct Exchange {
@@ -69,17 +70,29 @@ pagmo::algorithm make_algorithm(PagmoMethod method, unsigned seed) {
   constexpr double cost_tolerance = 0.0, step_tolerance = 1e-10;
   switch (method) {
     case PagmoMethod::cmaes:
-      return pagmo::algorithm(
-          pagmo::cmaes(1, -1, -1, -1, -1, 0.3, cost_tolerance, step_tolerance, true, true, seed));
+      return pagmo::algorithm(pagmo::cmaes(1, -1, -1, -1, -1, 0.3, cost_tolerance, step_tolerance, true, true, seed));
     case PagmoMethod::de: return pagmo::algorithm(pagmo::sade(1, 2, 1, cost_tolerance, 0.0, true, seed));
-    case PagmoMethod::pso:
-      return pagmo::algorithm(pagmo::pso_gen(1, 0.7298, 2.05, 2.05, 0.5, 5, 2, 4, true, seed));
+    case PagmoMethod::pso: break;
     case PagmoMethod::sga:
-      return pagmo::algorithm(
-          pagmo::sga(1, 0.9, 1.0, 0.02, 1.0, 2, "exponential", "polynomial", "tournament", seed));
+      return pagmo::algorithm(pagmo::sga(1, 0.9, 1.0, 0.02, 1.0, 2, "exponential", "polynomial", "tournament", seed));
   }
-  throw std::logic_error("make_algorithm: unknown method");
+  throw std::logic_error("make_algorithm: the swarm is not run by single generations");
 }
+
+/// Ends pagmo's loop over generations from inside an evaluation.
+struct SwarmStopped {};
+
+/// The one algorithm that can hand a whole generation to a batch evaluator: one point after another in `flat`.
+struct SwarmBatch {
+  std::function<std::vector<double>(const Points&)> generation;
+
+  pagmo::vector_double operator()(const pagmo::problem& problem, const pagmo::vector_double& flat) const {
+    const auto dimension = static_cast<std::ptrdiff_t>(problem.get_nx());
+    Points points;
+    for (auto x = flat.begin(); x != flat.end(); x += dimension) points.emplace_back(x, x + dimension);
+    return generation(points);
+  }
+};
 
 int smallest_population(PagmoMethod method) {
   switch (method) {
@@ -115,15 +128,18 @@ class PagmoRun {
   OptimizerResult run() {
     if (!control_.checkpoint.empty()) replay_ = load_checkpoint(control_.checkpoint, identity_);
     if (replay_) check_replay_fits();
-    while (state_.history.size() < wanted() && (replaying() || !stopped())) {
+    while (state_.history.size() < wanted() && may_continue()) {
       if (!population_) {
         start();
-      } else if (!advance()) {
+        finish_generation();
+      } else if (options_.method == PagmoMethod::pso) {
+        swarm_to_the_end();
+      } else if (advance()) {
+        finish_generation();
+      } else {
         population_.reset();
         ++starts_;
-        continue;
       }
-      finish_generation();
     }
     return {.best = state_.best,
             .best_cost = state_.best_cost,
@@ -135,6 +151,7 @@ class PagmoRun {
  private:
   std::size_t wanted() const { return static_cast<std::size_t>(options_.generations); }
   bool stopped() const { return control_.stop && control_.stop->load(); }
+  bool may_continue() const { return replaying() || !stopped(); }
   bool replaying() const { return replay_ && state_.history.size() < replay_->history.size(); }
 
   void check_replay_fits() const {
@@ -153,10 +170,27 @@ class PagmoRun {
     }
     const auto costs = evaluate_points(points);
     constexpr std::uint32_t seeding = 1;
-    const unsigned seed = RandomStream(options_.seed, starts_, 0, seeding).bits32();
-    population_.emplace(UnitCubeProblem{exchange_, box_.lower.size()}, 0u, seed);
+    seed_ = RandomStream(options_.seed, starts_, 0, seeding).bits32();
+    population_.emplace(UnitCubeProblem{exchange_, box_.lower.size()}, 0u, seed_);
     for (std::size_t i = 0; i < points.size(); ++i) population_->push_back(points[i], {costs[i]});
-    algorithm_ = make_algorithm(options_.method, seed);
+    if (options_.method != PagmoMethod::pso) algorithm_ = make_algorithm(options_.method, seed_);
+  }
+
+  /// All generations that are left. The library's swarm forgets part of its state between calls, memory or not, and
+  /// then hardly converges; so it is not run by single generations like the others.
+  void swarm_to_the_end() {
+    const auto left = static_cast<unsigned>(wanted() - state_.history.size());
+    pagmo::pso_gen swarm(left, 0.7298, 2.05, 2.05, 0.5, 5, 2, 4, false, seed_);
+    swarm.set_bfe(pagmo::bfe(SwarmBatch{[this](const Points& points) {
+      if (!may_continue()) throw SwarmStopped();
+      auto costs = evaluate_points(points);
+      finish_generation();
+      return costs;
+    }}));
+    try {
+      swarm.evolve(*population_);
+    } catch (const SwarmStopped&) {
+    }
   }
 
   /// One generation; false if the algorithm has converged and asks for nothing more.
@@ -260,8 +294,9 @@ class PagmoRun {
   std::shared_ptr<Exchange> exchange_ = std::make_shared<Exchange>();
   std::optional<pagmo::population> population_;  // empty before a start
   pagmo::algorithm algorithm_;
-  std::uint32_t starts_ = 0;
-  Points last_points_;  // of the generation under way
+  std::uint32_t starts_ = 0;  // starts given up so far
+  unsigned seed_ = 0;         // of the present start
+  Points last_points_;        // of the generation under way
   std::vector<double> last_costs_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   double seconds_before_ = 0.0;
@@ -285,8 +320,8 @@ void validate(const PagmoOptions& options, const Box& box) {
     throw std::invalid_argument(fmt::format("generations = {}, allowed: at least 1", options.generations));
   }
   if (options.start_points.size() > static_cast<std::size_t>(options.population)) {
-    throw std::invalid_argument(fmt::format("start_points = {} points, allowed: 0 .. {}", options.start_points.size(),
-                                            options.population));
+    throw std::invalid_argument(
+        fmt::format("start_points = {} points, allowed: 0 .. {}", options.start_points.size(), options.population));
   }
   validate_points("start_points", options.start_points, box);
 }

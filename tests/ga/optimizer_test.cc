@@ -34,9 +34,9 @@ TEST(Box, RefusesWhatCannotBeSearchedAndNamesTheParameter) {
 
 TEST(Diversity, IsOneForAUniformPopulationAndZeroForEqualPoints) {
   const Box box{{-3, 100}, {5, 101}, {}};
-  std::vector<std::vector<double>> points;
+  std::vector<std::vector<double>> points(20000);
   RandomStream stream(1, 0, 0);
-  for (int i = 0; i < 20000; ++i) points.push_back({stream.uniform(-3, 5), stream.uniform(100, 101)});
+  for (auto& point : points) point = {stream.uniform(-3, 5), stream.uniform(100, 101)};
   EXPECT_NEAR(diversity(points, box), 1.0, 0.01);
   points.assign(70, {1.0, 100.5});
   EXPECT_EQ(diversity(points, box), 0.0);

@@ -87,6 +87,17 @@ TEST_P(PagmoOptimizer, ResumesToTheSameBitsWithoutEvaluatingAgain) {
   }
 }
 
+TEST_P(PagmoOptimizer, ContinuesAFinishedRunWithMoreGenerations) {
+  const TemporaryFolder folder;
+  RunControl control;
+  control.checkpoint = folder / "run.json";
+  auto options = small();
+  run_pagmo(nine_box(), one_by_one(sphere), options, control);
+  options.generations = 40;
+  const auto longer = run_pagmo(nine_box(), one_by_one(sphere), options, control);
+  EXPECT_TRUE(same_run(longer, run_pagmo(nine_box(), one_by_one(sphere), options)));
+}
+
 TEST_P(PagmoOptimizer, RefusesAForeignCheckpoint) {
   const TemporaryFolder folder;
   RunControl control;

@@ -25,8 +25,8 @@ TEST(Philox, GivesThePublishedKnownAnswers) {
 TEST(RandomStream, RepeatsForTheSameKeyAndDiffersInEveryPartOfIt) {
   const auto first = [](RandomStream stream) { return stream.bits64(); };
   EXPECT_EQ(first({1, 2, 3}), first({1, 2, 3}));
-  const std::set<std::uint64_t> draws = {first({1, 2, 3}),    first({2, 2, 3}), first({1ull << 32, 2, 3}),
-                                         first({1, 3, 3}),    first({1, 2, 4}), first({1, 3, 2}),
+  const std::set<std::uint64_t> draws = {first({1, 2, 3}),   first({2, 2, 3}), first({1ull << 32, 2, 3}),
+                                         first({1, 3, 3}),   first({1, 2, 4}), first({1, 3, 2}),
                                          first({1, 2, 3, 1})};
   EXPECT_EQ(draws.size(), 7u);
 }
