@@ -36,7 +36,7 @@ endif()
 target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
-          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PkgConfig::URDFDOM PkgConfig::MATIO)
+          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PNG::PNG PkgConfig::URDFDOM PkgConfig::MATIO)
 if(LACUNA_WITH_MUJOCO)
   target_include_directories(lacuna SYSTEM PRIVATE ${MUJOCO_INCLUDE} ${QHULL_R_INCLUDE})
   target_link_libraries(lacuna PRIVATE ${MUJOCO_LIBRARY})
@@ -49,7 +49,7 @@ if(LACUNA_WITH_ODE)
   target_link_libraries(lacuna PRIVATE PkgConfig::ODE)
 endif()
 if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
-  target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY} PNG::PNG)
+  target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY})
 endif()
 
 # The lanes: one source over every instruction set, chosen at run time. The baseline goes first, so that the linker

@@ -14,12 +14,13 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kQuarterTurn = 0.55;  // rad, from looking straight along the hinges: shows depth, keeps the motion plane
-constexpr double kLookDown = -0.30;    // rad
-constexpr double kMargin = 1.12;       // free border round the robot
-constexpr double kHeadroom = 0.05;     // share of the picture's height kept free for the caption
-constexpr double kSmallest = 1e-3;     // m, radius of a scene whose points all coincide
-constexpr int kFitRounds = 8;          // each halves the error of the centring at least
+constexpr double kQuarterTurn =
+    0.55;                            // rad, from looking straight along the hinges: shows depth, keeps the motion plane
+constexpr double kLookDown = -0.30;  // rad
+constexpr double kMargin = 1.12;     // free border round the robot
+constexpr double kHeadroom = 0.05;   // share of the picture's height kept free for the caption
+constexpr double kSmallest = 1e-3;   // m, radius of a scene whose points all coincide
+constexpr int kFitRounds = 8;        // each halves the error of the centring at least
 
 // Azimuth of the horizontal direction about which most of the joints turn; slides count across their direction.
 double hinge_azimuth(const Robot& robot, std::span<const std::vector<Isometry3d>> pose_sets) {

@@ -19,16 +19,16 @@ constexpr std::array<float, 4> kPinColor{0.15f, 0.16f, 0.18f, 1.0f};
 constexpr std::array<float, 4> kRailColor{0.52f, 0.55f, 0.60f, 1.0f};
 constexpr std::array<float, 4> kMountColor{0.36f, 0.39f, 0.43f, 1.0f};
 constexpr std::array<float, 4> kBoneColor{0.36f, 0.46f, 0.60f, 1.0f};
-constexpr double kOpenRail = 0.5;   // share of the robot's size drawn each way where a prismatic joint has no limit
-constexpr double kProud = 1.12;     // a pin sticks out of its link by this factor
+constexpr double kOpenRail = 0.5;      // share of the robot's size drawn each way where a prismatic joint has no limit
+constexpr double kProud = 1.12;        // a pin sticks out of its link by this factor
 constexpr double kCollarProud = 1.28;  // a collar round its link
-constexpr double kBone = 0.012;     // radius of a link without visuals, of the robot's size
-constexpr double kPost = 0.035;     // radius of what holds the first joint, likewise
-constexpr double kPlate = 0.085;    // radius of the plate below it, likewise
-constexpr double kPin = 0.016;      // radius of a pin, likewise
-constexpr double kCollar = 0.9;     // a link at least this long along its axis, against across it, turns in a collar
-constexpr double kUpright = 0.9;    // cosine: a first axis at least as upright as this stands on a pillar
-constexpr double kSmallest = 1e-3;  // m: size of a robot whose joints all coincide
+constexpr double kBone = 0.012;        // radius of a link without visuals, of the robot's size
+constexpr double kPost = 0.035;        // radius of what holds the first joint, likewise
+constexpr double kPlate = 0.085;       // radius of the plate below it, likewise
+constexpr double kPin = 0.016;         // radius of a pin, likewise
+constexpr double kCollar = 0.9;        // a link at least this long along its axis, against across it, turns in a collar
+constexpr double kUpright = 0.9;       // cosine: a first axis at least as upright as this stands on a pillar
+constexpr double kSmallest = 1e-3;     // m: size of a robot whose joints all coincide
 
 Isometry3d body_pose(const Robot& robot, std::span<const Isometry3d> link_poses, int body) {
   if (body < 0) return Isometry3d::Identity();
@@ -174,8 +174,8 @@ void add_mount(const Robot& robot, double size, std::vector<Solid>& figure) {
     }
   }
   if (!turns) return;  // a rail needs no plate
-  figure.push_back({Solid::Kind::cylinder, Vector3d(kPlate, kPlate, 0.1 * kPlate) * size, Isometry3d::Identity(),
-                    kMountColor});
+  figure.push_back(
+      {Solid::Kind::cylinder, Vector3d(kPlate, kPlate, 0.1 * kPlate) * size, Isometry3d::Identity(), kMountColor});
   figure.back().pose.translation().z() = 0.1 * kPlate * size;
 }
 
@@ -249,8 +249,7 @@ std::optional<Solid> pillar(const Robot& robot, double ground) {
 
 Vector3d joint_position(const Robot& robot, std::span<const Isometry3d> link_poses, int joint) {
   if (joint < 0 || joint >= robot.dof()) {
-    throw std::invalid_argument("joint " + std::to_string(joint) + " of a robot with " +
-                                std::to_string(robot.dof()));
+    throw std::invalid_argument("joint " + std::to_string(joint) + " of a robot with " + std::to_string(robot.dof()));
   }
   return link_poses[static_cast<std::size_t>(robot.joints()[static_cast<std::size_t>(joint)].link)].translation();
 }

@@ -115,8 +115,8 @@ ImageDifference compare_images(const Image& a, const Image& b, int tolerance) {
   check_image(a);
   check_image(b);
   if (a.width != b.width || a.height != b.height) {
-    throw std::invalid_argument("pictures of " + size_text(a.width, a.height) + " and " +
-                                size_text(b.width, b.height) + " pixels cannot be compared");
+    throw std::invalid_argument("pictures of " + size_text(a.width, a.height) + " and " + size_text(b.width, b.height) +
+                                " pixels cannot be compared");
   }
   ImageDifference difference;
   std::uint64_t sum = 0, pixels_over = 0;

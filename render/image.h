@@ -20,9 +20,7 @@ struct Image {
   static Image filled(int width, int height, std::uint8_t r, std::uint8_t g, std::uint8_t b);
 
   std::uint8_t* pixel(int x, int y) { return rgb.data() + 3 * (static_cast<std::size_t>(y) * width + x); }
-  const std::uint8_t* pixel(int x, int y) const {
-    return rgb.data() + 3 * (static_cast<std::size_t>(y) * width + x);
-  }
+  const std::uint8_t* pixel(int x, int y) const { return rgb.data() + 3 * (static_cast<std::size_t>(y) * width + x); }
 };
 
 /// The bytes of a PNG file, 8 bit RGB. Throws std::invalid_argument for an Image that breaks its own rules.
@@ -35,10 +33,10 @@ void write_png(const std::filesystem::path& file, const Image& image);
 Image read_png(const std::filesystem::path& file);
 
 struct ImageDifference {
-  int max_channel = 0;                         ///< largest difference of one channel, 0..255
-  int x = 0, y = 0;                            ///< where that is
-  double mean_channel = 0.0;                   ///< mean absolute difference over all channels
-  double share_of_pixels_over_tolerance = 0.0; ///< 0..1, pixels with a channel further apart than the tolerance
+  int max_channel = 0;                          ///< largest difference of one channel, 0..255
+  int x = 0, y = 0;                             ///< where that is
+  double mean_channel = 0.0;                    ///< mean absolute difference over all channels
+  double share_of_pixels_over_tolerance = 0.0;  ///< 0..1, pixels with a channel further apart than the tolerance
 };
 
 /// Throws std::invalid_argument where sizes differ.

@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 // Every picture is drawn at twice its size, with four samples a pixel on top, and averaged down: smooth edges. It is
 // drawn in tiles, so that memory does not grow with the picture.
 constexpr int kSupersample = 2;
-constexpr int kTile = 1024;                  // pixels of the finished picture
+constexpr int kTile = 1024;  // pixels of the finished picture
 constexpr int kBuffer = kSupersample * kTile;
 constexpr int kSamples = 4;
 constexpr int kTextScale = mjFONTSCALE_300;  // glyphs are drawn large and averaged down, too
@@ -204,8 +204,15 @@ Painter::Painter()
 }
 
 void Painter::open() {
-  const int attributes[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 24, OSMESA_STENCIL_BITS, 8,
-                            OSMESA_PROFILE, OSMESA_COMPAT_PROFILE, 0};
+  const int attributes[] = {OSMESA_FORMAT,
+                            OSMESA_RGBA,
+                            OSMESA_DEPTH_BITS,
+                            24,
+                            OSMESA_STENCIL_BITS,
+                            8,
+                            OSMESA_PROFILE,
+                            OSMESA_COMPAT_PROFILE,
+                            0};
   mesa_ = OSMesaCreateContextAttribs(attributes, nullptr);
   if (!mesa_) throw WorkError("OSMesa gives no OpenGL context");
   make_current();
@@ -263,7 +270,8 @@ void Painter::add_haze(const mjrRect& view, const mjvGLCamera& eye, float start,
     const float haze = t * (2.0f - t);
     for (std::size_t c = 0; c < 3; ++c) {
       std::uint8_t& value = pixels_[3 * i + c];
-      value = static_cast<std::uint8_t>(static_cast<float>(value) + haze * (kHaze[c] - static_cast<float>(value)) + 0.5f);
+      value =
+          static_cast<std::uint8_t>(static_cast<float>(value) + haze * (kHaze[c] - static_cast<float>(value)) + 0.5f);
     }
   }
 }

@@ -99,7 +99,8 @@ double text_width(const TextMask& mask, double height) { return mask.width * hei
 void draw_text(Image& image, const TextMask& mask, double left, double top, double height, const Color& color) {
   const double step = mask.height / height;
   const auto average = [&](double x, double y) {
-    const int x0 = std::clamp(static_cast<int>(x), 0, mask.width - 1), y0 = std::clamp(static_cast<int>(y), 0, mask.height - 1);
+    const int x0 = std::clamp(static_cast<int>(x), 0, mask.width - 1),
+              y0 = std::clamp(static_cast<int>(y), 0, mask.height - 1);
     const int x1 = std::clamp(static_cast<int>(x + step), x0 + 1, mask.width);
     const int y1 = std::clamp(static_cast<int>(y + step), y0 + 1, mask.height);
     int sum = 0;
@@ -110,9 +111,8 @@ void draw_text(Image& image, const TextMask& mask, double left, double top, doub
   };
   left = std::round(left);
   top = std::round(top);
-  over(image, {left, top, left + text_width(mask, height), top + height}, [&](int x, int y) {
-    blend(image, x, y, color, average((x - left) * step, (y - top) * step));
-  });
+  over(image, {left, top, left + text_width(mask, height), top + height},
+       [&](int x, int y) { blend(image, x, y, color, average((x - left) * step, (y - top) * step)); });
 }
 
 // As much of the text as fits into `width` pixels at this height.
@@ -120,7 +120,8 @@ TextMask fitting(const TextWriter& write, std::string text, double height, doubl
   TextMask mask = write(text);
   while (text_width(mask, height) > width && text.size() > 4) {
     const double share = std::min(0.95, width / text_width(mask, height));
-    text = text.substr(0, std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(text.size())) - 3));
+    text = text.substr(
+        0, std::max<std::size_t>(1, static_cast<std::size_t>(share * static_cast<double>(text.size())) - 3));
     mask = write(text + "...");
   }
   return mask;
@@ -163,7 +164,11 @@ Box label_place(const Image& image, double x, double y, double width, double hei
   std::optional<Box> first;
   for (const double away : {1.9, 3.0, 4.2}) {
     for (const double turn : {-0.9, 0.9, -2.2, 2.2, -1.57, 1.57}) {
-      const double cx = x + away * kRing * unit * std::cos(turn) + (std::abs(turn) < 1.5 ? 0.5 : std::abs(turn) > 1.6 ? -0.5 : 0) * width;
+      const double cx = x + away * kRing * unit * std::cos(turn) +
+                        (std::abs(turn) < 1.5   ? 0.5
+                         : std::abs(turn) > 1.6 ? -0.5
+                                                : 0) *
+                            width;
       const double cy = y + away * kRing * unit * std::sin(turn);
       const Box box{cx - 0.5 * width, cy - 0.5 * height, cx + 0.5 * width, cy + 0.5 * height};
       if (box.left < border || box.top < border || box.right > image.width - border || box.bottom > unit - border) {
@@ -184,7 +189,8 @@ void draw_label(const TextWriter& write, const std::string& text, const Color& c
   const double tx = std::clamp(x, box.left, box.right), ty = std::clamp(y, box.top, box.bottom);
   const double gap = std::max(std::hypot(tx - x, ty - y), 1e-9), ring = kRing * image.height;
   if (gap > ring) {
-    draw_line(image, x + ring * (tx - x) / gap, y + ring * (ty - y) / gap, tx, ty, 0.4 * kRingLine * image.height, color);
+    draw_line(image, x + ring * (tx - x) / gap, y + ring * (ty - y) / gap, tx, ty, 0.4 * kRingLine * image.height,
+              color);
   }
   fill_box(image, box, 0.3 * height, color, 1.0);
   draw_text(image, mask, box.left + pad, box.top + 0.3 * pad, height, kPaper);

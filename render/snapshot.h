@@ -23,15 +23,15 @@ class Robot;
 /// A ring about a joint with a label beside it; drawn over everything, so no link hides it.
 struct Marker {
   int joint = -1;
-  std::string label;                                  ///< empty: the joint's name
+  std::string label;  ///< empty: the joint's name
   std::array<std::uint8_t, 3> color{214, 20, 90};
 };
 
 struct SnapshotOptions {
-  int width = 960;                                    ///< pixels, 1..kMaxImageSide
+  int width = 960;  ///< pixels, 1..kMaxImageSide
   int height = 720;
-  std::string caption;                                ///< the engine's name, large, top left
-  std::string subcaption;                             ///< a line below it: pose, time. Printable ASCII; others show as ?
+  std::string caption;     ///< the engine's name, large, top left
+  std::string subcaption;  ///< a line below it: pose, time. Printable ASCII; others show as ?
   std::vector<Marker> markers;
 };
 

@@ -1,0 +1,89 @@
+#include "render/figure.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "scenarios/error.h"
+#include "tests/render/test_robots.h"
+
+namespace lacuna {
+namespace {
+
+using Eigen::Vector3d;
+
+const Solid* find(const std::vector<Solid>& figure, Solid::Kind kind, const Vector3d& at) {
+  const auto it = std::find_if(figure.begin(), figure.end(), [&](const Solid& solid) {
+    return solid.kind == kind && (solid.pose.translation() - at).norm() < 1e-9;
+  });
+  return it == figure.end() ? nullptr : &*it;
+}
+
+TEST(RobotFigure, VisualsLieWhereTheirLinksAre) {
+  const auto robot = test::robot(test::kArm);
+  const auto figure = robot_figure(*robot, test::link_poses(*robot, {0, 0, 0}));
+  const Solid* turret = find(figure, Solid::Kind::box, {0, 0, 0.2});
+  ASSERT_NE(turret, nullptr);
+  EXPECT_LT((turret->half - Vector3d(0.1, 0.075, 0.1)).norm(), 1e-12) << "half of the URDF's sides";
+  const Solid* boom = find(figure, Solid::Kind::cylinder, {0.3, 0, 0.3});
+  ASSERT_NE(boom, nullptr);
+  EXPECT_LT((boom->half - Vector3d(0.05, 0.05, 0.3)).norm(), 1e-12) << "radius, radius, half length";
+  EXPECT_LT((boom->pose.linear().col(2) - Vector3d::UnitX()).norm(), 1e-6);
+}
+
+TEST(RobotFigure, ALinkWithoutVisualsIsStillSeen) {
+  const auto robot = test::robot(test::kArm);
+  const auto figure = robot_figure(*robot, test::link_poses(*robot, {0, 0, 0}));
+  EXPECT_NE(find(figure, Solid::Kind::capsule, {0.7, 0, 0.3}), nullptr) << "a rod from the wrist to the mass";
+  EXPECT_NE(find(figure, Solid::Kind::sphere, {0.8, 0, 0.3}), nullptr) << "a ball at the mass";
+}
+
+TEST(RobotFigure, PinsLieAlongTheirAxesAndStickOutOfTheLinks) {
+  const auto robot = test::robot(test::kArm);
+  const auto figure = robot_figure(*robot, test::link_poses(*robot, {0, 0.3, 0}));
+  const Solid* pin = find(figure, Solid::Kind::cylinder, {0, 0, 0.3});
+  ASSERT_NE(pin, nullptr);
+  EXPECT_NEAR(std::abs(pin->pose.linear().col(2).y()), 1.0, 1e-12);
+  EXPECT_GT(pin->half.z(), 0.05) << "the boom is 0.1 m thick";
+}
+
+TEST(RobotFigure, RailsReachFromLimitToLimitWhereverTheSlideIs) {
+  const auto robot = test::robot(test::kRedBox);
+  for (const double q : {-0.05, 0.0, 0.04}) {
+    const auto figure = robot_figure(*robot, test::link_poses(*robot, {q}));
+    const Solid* rail = find(figure, Solid::Kind::cylinder, Vector3d::Zero());
+    ASSERT_NE(rail, nullptr) << q;
+    EXPECT_NEAR(rail->half.z(), 0.05, 1e-12);
+  }
+}
+
+TEST(RobotFigure, RefusesAWrongCountAndPosesThatAreNotFinite) {
+  const auto robot = test::robot(test::kArm);
+  auto poses = test::link_poses(*robot, {0, 0, 0});
+  poses[1].translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(robot_figure(*robot, poses), WorkError);
+  poses.pop_back();
+  EXPECT_THROW(robot_figure(*robot, poses), std::invalid_argument);
+}
+
+TEST(Pillar, StandsUnderAnUprightFirstJointAboveTheFloor) {
+  const auto arm = test::robot(test::kArm);
+  const auto pillar_below = pillar(*arm, -0.4);
+  ASSERT_TRUE(pillar_below);
+  EXPECT_NEAR(pillar_below->half.z(), 0.2, 1e-12);
+  EXPECT_FALSE(pillar(*arm, 0.0));
+  EXPECT_FALSE(pillar(*test::robot(test::kRedBox), -0.4)) << "a slide would run through it";
+}
+
+TEST(JointPosition, IsTheOriginOfTheMovedLink) {
+  const auto robot = test::robot(test::kArm);
+  const auto poses = test::link_poses(*robot, {0, 0, 0});
+  EXPECT_LT((joint_position(*robot, poses, 2) - Vector3d(0.6, 0, 0.3)).norm(), 1e-12);
+  EXPECT_THROW(joint_position(*robot, poses, 3), std::invalid_argument);
+  EXPECT_THROW(joint_position(*robot, poses, -1), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lacuna
