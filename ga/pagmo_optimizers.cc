@@ -34,9 +34,9 @@ using Points = std::vector<std::vector<double>>;
 /// Stands for a failed evaluation inside pagmo, which compares and subtracts costs and so needs finite ones.
 constexpr double failed_cost = 1e300;
 
-/// Most algorithms evaluate point by point, but choose all points of a generation before they look at its costs. So each
-/// generation is run twice: once on copies, only to learn the points, then, after these were evaluated together, in
-/// earnest. The second run is identical because the algorithm's random state is part of what is copied.
+/// Most algorithms evaluate point by point, but choose all points of a generation before they look at its costs. So
+/// each generation is run twice: once on copies, only to learn the points, then, after these were evaluated together,
+/// in earnest. The second run is identical because the algorithm's random state is part of what is copied.
 struct Exchange {
   bool rehearsing = false;
   Points asked;                 // by the rehearsal
@@ -115,8 +115,8 @@ RunIdentity identity_of(const Box& box, const PagmoOptions& options, const RunCo
           .problem = control.problem};
 }
 
-/// One run. pagmo's state is not stored: a checkpoint holds the costs of all evaluations, and a resumed run replays them
-/// through the algorithm, which takes no time beside the simulations they came from.
+/// One run. pagmo's state is not stored: a checkpoint holds the costs of all evaluations, and a resumed run replays
+/// them through the algorithm, which takes no time beside the simulations they came from.
 class PagmoRun {
  public:
   PagmoRun(const Box& box, const BatchCost& cost, const PagmoOptions& options, const RunControl& control)
