@@ -1,4 +1,4 @@
-// The seed's six fitness functions: -norm_a(e) (its eq. 3) and -norm_a(e) / norm_a(data) (its eq. 2), a = 1, 2, infinity.
+// The seed's six fitness functions: -norm_a(e) (its eq. 3), -norm_a(e) / norm_a(data) (its eq. 2), a = 1, 2, infinity.
 // The cost to be lowered is -fitness. For one recording the two of the same a differ by a constant factor, so they rank
 // alike and only their curves look different.
 #pragma once

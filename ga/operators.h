@@ -41,7 +41,7 @@ Mutation mutation_from_name(const std::string& name);
 /// Indices from best to worst: failed last, equals in the order of their index.
 std::vector<std::size_t> ranking(std::span<const double> costs);
 
-/// Weights of the two roulettes and of rank selection, in any unit; failed individuals have weight 0. All are 1 when the
+/// Weights of the roulettes and of rank selection, in any unit; failed individuals have weight 0. All are 1 when the
 /// costs give no reason to choose (all equal or all failed). Throws std::logic_error for tournament, which has none.
 ///
 /// roulette: (worst - cost) / (worst - best) + 1e-6, so that the worst keeps a small chance.
@@ -75,8 +75,8 @@ void crossover_uniform_gene(Chromosome& a, Chromosome& b);
 /// Exchanges bits 1, 3, 5, ...
 void crossover_uniform_bit(Chromosome& a, Chromosome& b);
 
-/// `count` different cuts of a string of `length` positions, ascending, all choices equally likely. As many as there are
-/// places (length - 1) if fewer than `count`.
+/// `count` different cuts of a string of `length` positions, ascending, all choices equally likely. As many as are
+/// there (length - 1) if fewer than `count`.
 std::vector<int> draw_cuts(int length, int count, RandomStream& stream);
 
 /// Turns two parents into two children. `cut_points` is used by pointwise crossover only.

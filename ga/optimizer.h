@@ -61,7 +61,7 @@ struct OptimizerResult {
   bool interrupted = false;  ///< stopped early; the checkpoint, if any, is kept
 };
 
-/// Mean over the parameters of the points' standard deviation, in units of a uniform population's (box width / sqrt 12):
+/// Mean over the parameters of the points' standard deviation, in units of a uniform population's (width / sqrt 12):
 /// about 1 for a random population, 0 when all points are alike.
 double diversity(std::span<const std::vector<double>> points, const Box& box);
 
