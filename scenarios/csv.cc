@@ -61,9 +61,9 @@ class LineReader {
 
  private:
   bool deliver(std::string_view& line, const char* from, std::size_t length, bool terminated) {
+    if (length > max_line_) refuse_length();
     ++number_;
     terminated_ = terminated;
-    if (length > max_line_) refuse_length();
     if (terminated && length > 0 && from[length - 1] == '\r') --length;
     line = {from, length};
     return true;
@@ -85,7 +85,7 @@ class LineReader {
   }
 
   [[noreturn]] void refuse_length() const {
-    throw InputError(fmt::format("{}:{}", printable(name_), number_ + (number_ == 0 ? 1 : 0)),
+    throw InputError(fmt::format("{}:{}", printable(name_), number_ + 1),
                      fmt::format("a line of more than {} bytes", max_line_), "lines of comma-separated numbers");
   }
 

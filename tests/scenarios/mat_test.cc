@@ -1,0 +1,135 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "scenarios/scenario.h"
+#include "tests/scenarios/mat_writer.h"
+#include "tests/scenarios/support.h"
+
+namespace lacuna {
+namespace {
+
+using test::input_error;
+using test::MatWriter;
+using test::TemporaryFolder;
+using testing::HasSubstr;
+
+using Vectors = std::vector<std::pair<std::string, std::vector<double>>>;
+const Vectors kVectors{{"t", {0, 0.1, 0.2}}, {"q_1", {1, std::nan(""), 3}}};
+
+std::string refusal(const TemporaryFolder& folder, const std::string& bytes) {
+  const auto file = folder.write("bad.mat", bytes);
+  return input_error([&] { load_recording(file, "bad.mat"); });
+}
+
+TEST(Mat, ReadsVectorsPlainAndCompressed) {
+  for (const bool compressed : {false, true}) {
+    const TemporaryFolder folder;
+    test::write_mat(folder.path() / "run.mat", kVectors, compressed);
+    const auto data = load_recording(folder.path() / "run.mat", "run.mat");
+    EXPECT_EQ(data->names, (std::vector<std::string>{"t", "q_1"}));
+    EXPECT_EQ(data->columns[0], kVectors[0].second);
+    EXPECT_EQ(data->columns[1][2], 3.0);
+    EXPECT_EQ(data->missing, 1u);
+  }
+}
+
+TEST(Mat, ReadsOneStructOfVectors) {
+  for (const bool compressed : {false, true}) {
+    const TemporaryFolder folder;
+    test::write_mat_struct(folder.path() / "run.mat", "log", kVectors, compressed);
+    const auto data = load_recording(folder.path() / "run.mat", "run.mat");
+    EXPECT_EQ(data->names, (std::vector<std::string>{"t", "q_1"}));
+    EXPECT_EQ(data->columns[0], kVectors[0].second);
+  }
+}
+
+TEST(Mat, ReadsEveryNumericClassAndBothByteOrders) {
+  for (const bool big_endian : {false, true}) {
+    MatWriter writer(big_endian);
+    writer.vector<double>("d", 6, 9, {1.5, 2.5});
+    writer.vector<float>("f", 7, 7, {1.5f, -2.5f});
+    writer.vector<std::int8_t>("i8", 8, 1, {-1, 2});
+    writer.vector<std::uint8_t>("u8", 9, 2, {1, 255});
+    writer.vector<std::int16_t>("i16", 10, 3, {-300, 300});
+    writer.vector<std::uint16_t>("u16", 11, 4, {1, 65535});
+    writer.vector<std::int32_t>("i32", 12, 5, {-70000, 70000});
+    writer.vector<std::uint32_t>("u32", 13, 6, {1, 4000000000u});
+    writer.vector<std::uint8_t>("packed", 6, 2, {3, 4});  // MATLAB stores whole doubles in fewer bytes
+    const TemporaryFolder folder;
+    const auto data = load_recording(folder.write("run.mat", writer.bytes()), "run.mat");
+    ASSERT_EQ(data->columns.size(), 9u);
+    const std::vector<std::vector<double>> expected{{1.5, 2.5}, {1.5, -2.5},     {-1, 2},  {1, 255}, {-300, 300},
+                                                    {1, 65535}, {-70000, 70000}, {1, 4e9}, {3, 4}};
+    EXPECT_EQ(data->columns, expected);
+  }
+}
+
+TEST(Mat, SingleNumbersBesideVectorsAreNoColumns) {
+  const TemporaryFolder folder;
+  Vectors vectors = kVectors;
+  vectors.emplace_back("rate", std::vector<double>{100.0});
+  test::write_mat(folder.path() / "run.mat", vectors, false);
+  EXPECT_EQ(load_recording(folder.path() / "run.mat", "run.mat")->names.size(), 2u);
+}
+
+TEST(Mat, ServesAScenarioLikeCsv) {
+  const test::ScenarioFolder folder(test::replaced(
+      test::replaced(test::kScenario, "run.csv, role: train", "run.mat, role: train"), "[run.csv]", "[run.mat]"));
+  const auto csv = load_recording(folder.path() / "run.csv", "run.csv");
+  Vectors vectors;
+  for (std::size_t c = 0; c < csv->names.size(); ++c) vectors.emplace_back(csv->names[c], csv->columns[c]);
+  test::write_mat(folder.path() / "run.mat", vectors, true);
+  const Scenario s = load_scenario(folder.file);
+  EXPECT_EQ(s.recordings[0].data->columns[0], s.recordings[1].data->columns[0]);
+}
+
+TEST(Mat, RefusesWhatIsNoRecording) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(refusal(folder, "MATLAB?"),
+              HasSubstr("bad.mat: found 7 bytes, expected a MATLAB file of version 5 or 7"));
+  EXPECT_THAT(refusal(folder, std::string(4096, 'x')), HasSubstr("found no MATLAB 5 header"));
+  MatWriter none(false);
+  EXPECT_THAT(refusal(folder, none.bytes()), HasSubstr("bad.mat: found no numeric vectors"));
+  std::string newer = none.bytes();
+  newer[124] = 0;
+  newer[125] = 2;
+  EXPECT_THAT(refusal(folder, newer), HasSubstr("found a MATLAB 7.3 file (HDF5)"));
+}
+
+TEST(Mat, RefusesVectorsThatDoNotFitTogether) {
+  const TemporaryFolder folder;
+  const auto refusal_of = [&](const Vectors& vectors) {
+    test::write_mat(folder.path() / "bad.mat", vectors, false);
+    return input_error([&] { load_recording(folder.path() / "bad.mat", "bad.mat"); });
+  };
+  EXPECT_THAT(refusal_of({{"t", {0, 1, 2}}, {"q", {1, 2}}}), HasSubstr("bad.mat: q: found 2 values, expected 3"));
+  EXPECT_THAT(refusal_of({{"t", {0, std::numeric_limits<double>::infinity()}}}),
+              HasSubstr("t: found an infinite value at 2"));
+  MatWriter matrix(false);
+  matrix.array<double>("m", 6, 9, 2, 2, {1, 2, 3, 4});
+  EXPECT_THAT(refusal(folder, matrix.bytes()), HasSubstr("m: found an array of 2 x 2, expected a vector"));
+  MatWriter twice(false);
+  twice.vector<double>("t", 6, 9, {0, 1});
+  twice.vector<double>("t", 6, 9, {0, 1});
+  EXPECT_THAT(refusal(folder, twice.bytes()), HasSubstr("t: found the column twice"));
+}
+
+TEST(Mat, RefusesSizesThatTheFileCannotHold) {
+  const TemporaryFolder folder;
+  MatWriter writer(false);
+  writer.array<double>("t", 6, 9, 2'000'000'000, 1, {0, 1});
+  EXPECT_THAT(refusal(folder, writer.bytes()), HasSubstr("t: found "));
+  std::string cut = [] {
+    MatWriter whole(false);
+    whole.vector<double>("t", 6, 9, {0, 1, 2, 3});
+    return whole.bytes();
+  }();
+  cut.resize(cut.size() - 9);
+  EXPECT_THAT(refusal(folder, cut), HasSubstr("expected a whole file"));
+}
+
+}  // namespace
+}  // namespace lacuna
