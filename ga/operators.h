@@ -75,8 +75,8 @@ void crossover_uniform_gene(Chromosome& a, Chromosome& b);
 /// Exchanges bits 1, 3, 5, ...
 void crossover_uniform_bit(Chromosome& a, Chromosome& b);
 
-/// `count` different cuts of a string of `length` positions, ascending, all choices equally likely. As many as are
-/// there (length - 1) if fewer than `count`.
+/// `count` different cuts of a string of `length` positions, ascending, all choices equally likely. All places
+/// (length - 1 of them) if there are fewer than `count`.
 std::vector<int> draw_cuts(int length, int count, RandomStream& stream);
 
 /// Turns two parents into two children. `cut_points` is used by pointwise crossover only.
