@@ -168,8 +168,10 @@ class MujocoDynamics final : public Dynamics {
     place(q);
     move(v);
     mj_crb(model_.get(), data_.get());
+    model_->opt.enableflags = mjENBL_ENERGY;  // else both are zero; off again, since steps would compute it too
     mj_energyPos(model_.get(), data_.get());
     mj_energyVel(model_.get(), data_.get());
+    model_->opt.enableflags = 0;
     return {data_->energy[1], data_->energy[0]};
   }
 

@@ -15,9 +15,10 @@
 // The gyroscopic torque -w x I w is part of f. ODE's own is implicit in h (an error of relative size h |w|), so for the
 // oracle it is switched off and the exact torque applied; for native steps ODE's own is on.
 //
-// Error of (2): no truncation, only rounding. u carries about eps |V|, its quotient by h eps |V| / h, and the solve
-// eps kappa |a| with kappa the condition number of J M^-1 J'. With oracle_step = 10 ms the first is 1e-13 for
-// 10 rad/s; the conformance suite measures the sum (tests/conformance).
+// Error of (2): no truncation, only rounding. u carries about eps |V|, so its quotient by h carries eps |V| / h: 1e-13
+// for 10 rad/s and oracle_step = 10 ms; the solve adds eps kappa |a| with kappa the condition of J M^-1 J', the share of
+// the constraint forces that cancels. Measured on random trees of 1 to 30 joints (tests/conformance), the worst of
+// 1,000 states each is 6e-12 of |a|. A body without inertia of its own adds least_inertia, 1e-8.
 #include <ode/ode.h>
 
 #include <Eigen/Eigenvalues>

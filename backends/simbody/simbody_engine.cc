@@ -16,8 +16,14 @@ bool operator==(const Index& a, const Index& b) {
 }
 }  // namespace SimTK
 
+// Debian's Simbody is built with its assertions, and its State is laid out differently without (StateImpl.h): inline
+// functions compiled here must see the same layout, so NDEBUG is off for the headers whatever it is for us.
+#pragma push_macro("NDEBUG")
+#undef NDEBUG
 #include <Simbody.h>
+#pragma pop_macro("NDEBUG")
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -31,6 +37,8 @@ bool operator==(const Index& a, const Index& b) {
 // No `using namespace SimTK`: its operator templates would take over Eigen's.
 namespace lacuna {
 namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 struct NativeIntegrator {
   const char* name;
@@ -58,11 +66,23 @@ SimTK::Rotation rotation(const Eigen::Matrix3d& r) {
   return SimTK::Rotation(m, true);  // as it is: already orthonormal
 }
 
+// Simbody refuses an inertia that no matter can have, even by the rounding of a printed table (which Robot lets pass).
+// Of such a one the second moment of mass that came out negative is made zero: the two other principal moments grow by
+// half of what the triangle inequality lacked.
+Eigen::Matrix3d possible(const Eigen::Matrix3d& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia);
+  const Eigen::Vector3d second = Eigen::Vector3d::Constant(0.5 * inertia.trace()) - principal.eigenvalues();
+  if (second.minCoeff() >= 0.0) return inertia;
+  const Eigen::Vector3d clamped = second.cwiseMax(0.0);
+  const Eigen::Vector3d moments = Eigen::Vector3d::Constant(clamped.sum()) - clamped;
+  return principal.eigenvectors() * moments.asDiagonal() * principal.eigenvectors().transpose();
+}
+
 // Simbody's inertia is about the body's origin, not about the centre of mass.
 SimTK::MassProperties mass_properties(const Inertial& body) {
   const Eigen::Vector3d& c = body.com;
   const Eigen::Matrix3d about_origin =
-      body.inertia + body.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+      possible(body.inertia) + body.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
   const SimTK::Inertia inertia(about_origin(0, 0), about_origin(1, 1), about_origin(2, 2), about_origin(0, 1),
                                about_origin(0, 2), about_origin(1, 2));
   return {body.mass, vec(c), inertia};
@@ -72,17 +92,33 @@ bool finite(const double* numbers, int n) {
   return std::all_of(numbers, numbers + n, [](double x) { return std::isfinite(x); });
 }
 
+// Simbody throws where its own checks meet numbers that overflowed. The answer is then not a number, as elsewhere.
+template <class Work>
+bool survived(const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 // Building a system and taking it down touch Simbody's static tables: one thread at a time.
 std::mutex& building() {
   static std::mutex mutex;
   return mutex;
 }
 
+// One thread a system: Simbody would otherwise start as many as there are processors, for two forces.
+struct Forces : SimTK::GeneralForceSubsystem {
+  explicit Forces(SimTK::MultibodySystem& system) : SimTK::GeneralForceSubsystem(system) { setNumberOfThreads(1); }
+};
+
 // The parts refer to each other and register themselves with the system, so they are made once and never moved.
 struct World {
   SimTK::MultibodySystem system;
   SimTK::SimbodyMatterSubsystem matter{system};
-  SimTK::GeneralForceSubsystem forces{system};
+  Forces forces{system};
   SimTK::Force::Gravity gravity{forces, matter, SimTK::Vec3(0, 0, -1)};
   SimTK::Force::DiscreteForces effort{forces, matter};
   std::vector<SimTK::MobilizedBody> bodies;
@@ -121,75 +157,76 @@ class SimbodyDynamics final : public Dynamics {
   }
 
   void do_forward_dynamics(const double* q, const double* v, const double* tau, double* a) override {
-    if (!finite(q, dof()) || !finite(v, dof()) || !finite(tau, dof())) return not_a_number(a);
-    set_state(q, v, tau);
-    world_->system.realize(state_, SimTK::Stage::Acceleration);
-    gather(state_.getUDot(), a);
+    not_a_number(a);
+    if (!finite(q, dof()) || !finite(v, dof()) || !finite(tau, dof())) return;
+    survived([&] {
+      set_state(q, v, tau);
+      world_->system.realize(state_, SimTK::Stage::Acceleration);
+      gather(state_.getUDot(), a);
+    });
   }
 
   void do_inverse_dynamics(const double* q, const double* v, const double* a, double* tau) override {
-    if (!finite(q, dof()) || !finite(v, dof()) || !finite(a, dof())) return not_a_number(tau);
-    set_state(q, v, nullptr);
-    world_->system.realize(state_, SimTK::Stage::Velocity);
-    for (int i = 0; i < dof(); ++i) buffer_[slot(i)] = a[i];
-    SimTK::Vector residual;
-    world_->matter.calcResidualForceIgnoringConstraints(state_, SimTK::Vector(), world_->gravity.getBodyForces(state_),
-                                                        buffer_, residual);
-    gather(residual, tau);
+    const std::vector<double> wanted(a, a + dof());  // `a` and `tau` may be one array
+    not_a_number(tau);
+    if (!finite(q, dof()) || !finite(v, dof()) || !finite(wanted.data(), dof())) return;
+    survived([&] {
+      set_state(q, v, nullptr);
+      world_->system.realize(state_, SimTK::Stage::Velocity);
+      scatter(wanted.data(), buffer_);
+      SimTK::Vector residual;
+      world_->matter.calcResidualForceIgnoringConstraints(state_, SimTK::Vector(), world_->gravity.getBodyForces(state_),
+                                                          buffer_, residual);
+      gather(residual, tau);
+    });
   }
 
   void do_mass_matrix(const double* q, Eigen::MatrixXd& mass) override {
-    if (!finite(q, dof())) {
-      mass.setConstant(std::numeric_limits<double>::quiet_NaN());
-      return;
-    }
-    set_state(q, nullptr, nullptr);
-    world_->system.realize(state_, SimTK::Stage::Position);
-    SimTK::Matrix theirs;
-    world_->matter.calcM(state_, theirs);
-    for (int i = 0; i < dof(); ++i) {
-      for (int j = 0; j < dof(); ++j) mass(i, j) = theirs(slot(i), slot(j));
-    }
+    mass.setConstant(nan);
+    if (!finite(q, dof())) return;
+    survived([&] {
+      set_state(q, nullptr, nullptr);
+      world_->system.realize(state_, SimTK::Stage::Position);
+      SimTK::Matrix theirs;
+      world_->matter.calcM(state_, theirs);
+      for (int i = 0; i < dof(); ++i) {
+        for (int j = 0; j < dof(); ++j) mass(i, j) = theirs(slot(i), slot(j));
+      }
+    });
   }
 
   void do_body_poses(const double* q, std::vector<Eigen::Isometry3d>& poses) override {
-    set_state(q, nullptr, nullptr);
-    world_->system.realize(state_, SimTK::Stage::Position);
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      const SimTK::Transform& pose = world_->bodies[i].getBodyTransform(state_);
-      poses[i].setIdentity();
-      for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) poses[i].linear()(r, c) = pose.R().asMat33()(r, c);
-        poses[i].translation()[r] = pose.p()[r];
-      }
-    }
+    for (Eigen::Isometry3d& pose : poses) pose.matrix().setConstant(nan);
+    if (!finite(q, dof())) return;
+    survived([&] {
+      set_state(q, nullptr, nullptr);
+      world_->system.realize(state_, SimTK::Stage::Position);
+      for (std::size_t i = 0; i < poses.size(); ++i) poses[i] = pose_of(world_->bodies[i]);
+    });
   }
 
   Energy do_energy(const double* q, const double* v) override {
-    set_state(q, v, nullptr);
-    world_->system.realize(state_, SimTK::Stage::Velocity);
-    Energy energy;
-    energy.kinetic = world_->matter.calcKineticEnergy(state_);
-    for (std::size_t i = 0; i < inertials_.size(); ++i) {
-      const SimTK::Vec3 com = world_->bodies[i].findMassCenterLocationInGround(state_);
-      energy.potential -= inertials_[i].mass * SimTK::dot(vec(gravity_), com);
-    }
+    Energy energy{nan, nan};
+    if (!finite(q, dof()) || !finite(v, dof())) return energy;
+    survived([&] {
+      set_state(q, v, nullptr);
+      world_->system.realize(state_, SimTK::Stage::Velocity);
+      double potential = 0.0;
+      for (std::size_t i = 0; i < inertials_.size(); ++i) {
+        const SimTK::Vec3 com = world_->bodies[i].findMassCenterLocationInGround(state_);
+        potential -= inertials_[i].mass * SimTK::dot(vec(gravity_), com);
+      }
+      energy = {world_->matter.calcKineticEnergy(state_), potential};
+    });
     return energy;
   }
 
   void do_native_step(const std::string& integrator, double* q, double* v, const double* tau, double step) override {
-    if (!finite(q, dof()) || !finite(v, dof()) || !finite(tau, dof())) {
-      not_a_number(q);
-      return not_a_number(v);
-    }
-    set_state(q, v, tau);
-    SimTK::Integrator& native = find_integrator(integrator);
-    // A step without error control, begun anew so that nothing remains of the step before.
-    native.setFixedStepSize(step);
-    native.initialize(state_);
-    native.stepTo(step);
-    gather(native.getState().getQ(), q);
-    gather(native.getState().getU(), v);
+    const std::size_t which = integrator_index(integrator);
+    const bool usable = finite(q, dof()) && finite(v, dof()) && finite(tau, dof());
+    if (usable && survived([&] { step_natively(which, q, v, tau, step); })) return;
+    not_a_number(q);
+    not_a_number(v);
   }
 
  private:
@@ -241,15 +278,35 @@ class SimbodyDynamics final : public Dynamics {
   void gather(const SimTK::Vector& theirs, double* ours) const {
     for (int i = 0; i < dof(); ++i) ours[i] = theirs[slot(i)];
   }
-  void not_a_number(double* out) const { std::fill_n(out, dof(), std::numeric_limits<double>::quiet_NaN()); }
+  void not_a_number(double* out) const { std::fill_n(out, dof(), nan); }
 
-  SimTK::Integrator& find_integrator(const std::string& name) {
+  Eigen::Isometry3d pose_of(const SimTK::MobilizedBody& body) const {
+    const SimTK::Transform& theirs = body.getBodyTransform(state_);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) pose.linear()(r, c) = theirs.R().asMat33()(r, c);
+      pose.translation()[r] = theirs.p()[r];
+    }
+    return pose;
+  }
+
+  static std::size_t integrator_index(const std::string& name) {
     for (std::size_t i = 0; i < integrators.size(); ++i) {
-      if (name != integrators[i].name) continue;
-      if (!integrators_[i]) integrators_[i] = integrators[i].make(world_->system);
-      return *integrators_[i];
+      if (name == integrators[i].name) return i;
     }
     throw std::invalid_argument("simbody: integrator " + quoted(name) + " is not one of those it has");
+  }
+
+  // A step without error control, begun anew so that nothing remains of the step before.
+  void step_natively(std::size_t which, double* q, double* v, const double* tau, double step) {
+    set_state(q, v, tau);
+    std::unique_ptr<SimTK::Integrator>& native = integrators_[which];
+    if (!native) native = integrators[which].make(world_->system);
+    native->setFixedStepSize(step);
+    native->initialize(state_);
+    while (native->getTime() < step) native->stepTo(step);  // the first call only reports the start
+    gather(native->getState().getQ(), q);
+    gather(native->getState().getU(), v);
   }
 
   std::shared_ptr<const Robot> shared_;
@@ -278,6 +335,7 @@ class SimbodyEngine final : public Engine {
         {"mass_matrix", true, "calcM"},
         {"inertials_in_place", false, "Simbody keeps them in its topology, realized anew before the next call"},
         {"gravity_in_place", true, "a state variable, nothing is rebuilt"},
+        {"rounded_inertias", false, "moments that a printed table rounded beyond the triangle inequality are raised to it"},
     };
     for (const NativeIntegrator& integrator : integrators) info.native_integrators.emplace_back(integrator.name);
     return info;
@@ -285,7 +343,12 @@ class SimbodyEngine final : public Engine {
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
-    return std::make_unique<SimbodyDynamics>(std::move(robot), gravity, std::move(inertials));
+    const std::string name = robot->name();
+    try {
+      return std::make_unique<SimbodyDynamics>(std::move(robot), gravity, std::move(inertials));
+    } catch (const SimTK::Exception::Base& error) {
+      throw WorkError("simbody cannot hold robot " + quoted(name) + ": " + quoted(error.what(), 200));
+    }
   }
 };
 
