@@ -174,7 +174,7 @@ TEST(Csv, GarbageBelowTheSizeLimitIsRefusedAtItsFirstLongLine) {
 
 TEST(Csv, TooManyColumnsAreRefused) {
   std::string text = "c0";
-  for (int i = 1; i < 5000; ++i) text += ",c" + std::to_string(i);
+  for (int i = 1; i < 5000; ++i) text.append(",c").append(std::to_string(i));
   EXPECT_THAT(refusal(text + "\n1\n"), HasSubstr("more than 4096 columns"));
 }
 

@@ -19,30 +19,25 @@ using testing::HasSubstr;
 using Vectors = std::vector<std::pair<std::string, std::vector<double>>>;
 const Vectors kVectors{{"t", {0, 0.1, 0.2}}, {"q_1", {1, std::nan(""), 3}}};
 
+std::string bytes_of(const Vectors& vectors) {
+  MatWriter writer(false);
+  for (const auto& [name, values] : vectors) writer.vector<double>(name, 6, 9, values);
+  return writer.bytes();
+}
+
 std::string refusal(const TemporaryFolder& folder, const std::string& bytes) {
   const auto file = folder.write("bad.mat", bytes);
   return input_error([&] { load_recording(file, "bad.mat"); });
 }
 
-TEST(Mat, ReadsVectorsPlainAndCompressed) {
-  for (const bool compressed : {false, true}) {
-    const TemporaryFolder folder;
-    test::write_mat(folder.path() / "run.mat", kVectors, compressed);
-    const auto data = load_recording(folder.path() / "run.mat", "run.mat");
-    EXPECT_EQ(data->names, (std::vector<std::string>{"t", "q_1"}));
-    EXPECT_EQ(data->columns[0], kVectors[0].second);
-    EXPECT_EQ(data->columns[1][2], 3.0);
-    EXPECT_EQ(data->missing, 1u);
-  }
-}
-
-TEST(Mat, ReadsOneStructOfVectors) {
-  for (const bool compressed : {false, true}) {
-    const TemporaryFolder folder;
-    test::write_mat_struct(folder.path() / "run.mat", "log", kVectors, compressed);
-    const auto data = load_recording(folder.path() / "run.mat", "run.mat");
-    EXPECT_EQ(data->names, (std::vector<std::string>{"t", "q_1"}));
-    EXPECT_EQ(data->columns[0], kVectors[0].second);
+TEST(Mat, ReadsVectorsOrOneStructOfThemPlainAndCompressed) {
+  for (const char* name : {"vectors.mat", "vectors_compressed.mat", "struct.mat", "struct_compressed.mat"}) {
+    const auto data = load_recording(std::filesystem::path(LACUNA_SOURCE_DIR) / "tests/scenarios/data" / name, name);
+    EXPECT_EQ(data->names, (std::vector<std::string>{"t", "q_1"})) << name;
+    EXPECT_EQ(data->columns[0], (std::vector<double>{0, 0.1, 0.2})) << name;
+    EXPECT_EQ(data->columns[1][0], 1.0) << name;
+    EXPECT_TRUE(std::isnan(data->columns[1][1])) << name;
+    EXPECT_EQ(data->missing, 1u) << name;
   }
 }
 
@@ -71,8 +66,7 @@ TEST(Mat, SingleNumbersBesideVectorsAreNoColumns) {
   const TemporaryFolder folder;
   Vectors vectors = kVectors;
   vectors.emplace_back("rate", std::vector<double>{100.0});
-  test::write_mat(folder.path() / "run.mat", vectors, false);
-  EXPECT_EQ(load_recording(folder.path() / "run.mat", "run.mat")->names.size(), 2u);
+  EXPECT_EQ(load_recording(folder.write("run.mat", bytes_of(vectors)), "run.mat")->names.size(), 2u);
 }
 
 TEST(Mat, ServesAScenarioLikeCsv) {
@@ -81,7 +75,7 @@ TEST(Mat, ServesAScenarioLikeCsv) {
   const auto csv = load_recording(folder.path() / "run.csv", "run.csv");
   Vectors vectors;
   for (std::size_t c = 0; c < csv->names.size(); ++c) vectors.emplace_back(csv->names[c], csv->columns[c]);
-  test::write_mat(folder.path() / "run.mat", vectors, true);
+  folder.write("run.mat", bytes_of(vectors));
   const Scenario s = load_scenario(folder.file);
   EXPECT_EQ(s.recordings[0].data->columns[0], s.recordings[1].data->columns[0]);
 }
@@ -101,10 +95,7 @@ TEST(Mat, RefusesWhatIsNoRecording) {
 
 TEST(Mat, RefusesVectorsThatDoNotFitTogether) {
   const TemporaryFolder folder;
-  const auto refusal_of = [&](const Vectors& vectors) {
-    test::write_mat(folder.path() / "bad.mat", vectors, false);
-    return input_error([&] { load_recording(folder.path() / "bad.mat", "bad.mat"); });
-  };
+  const auto refusal_of = [&](const Vectors& vectors) { return refusal(folder, bytes_of(vectors)); };
   EXPECT_THAT(refusal_of({{"t", {0, 1, 2}}, {"q", {1, 2}}}), HasSubstr("bad.mat: q: found 2 values, expected 3"));
   EXPECT_THAT(refusal_of({{"t", {0, std::numeric_limits<double>::infinity()}}}),
               HasSubstr("t: found an infinite value at 2"));
@@ -122,11 +113,7 @@ TEST(Mat, RefusesSizesThatTheFileCannotHold) {
   MatWriter writer(false);
   writer.array<double>("t", 6, 9, 2'000'000'000, 1, {0, 1});
   EXPECT_THAT(refusal(folder, writer.bytes()), HasSubstr("t: found "));
-  std::string cut = [] {
-    MatWriter whole(false);
-    whole.vector<double>("t", 6, 9, {0, 1, 2, 3});
-    return whole.bytes();
-  }();
+  std::string cut = bytes_of({{"t", {0, 1, 2, 3}}});
   cut.resize(cut.size() - 9);
   EXPECT_THAT(refusal(folder, cut), HasSubstr("expected a whole file"));
 }

@@ -1,21 +1,14 @@
-// MATLAB 5 files for tests: through matio where a normal writer's file is wanted, byte by byte where it is not.
+// MATLAB 5 files for tests, built byte by byte so that anything in them may lie.
 #pragma once
 
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace lacuna::test {
-
-/// Column vectors, or one struct of them, as matio writes them. The folder must exist.
-void write_mat(const std::filesystem::path& file,
-               const std::vector<std::pair<std::string, std::vector<double>>>& vectors, bool compressed);
-void write_mat_struct(const std::filesystem::path& file, const std::string& name,
-                      const std::vector<std::pair<std::string, std::vector<double>>>& vectors, bool compressed);
 
 /// Builds a file element by element; dimensions may lie.
 class MatWriter {

@@ -1,0 +1,309 @@
+// Mutated inputs: whatever a file holds, loading it succeeds or throws InputError, and says so in one line.
+//
+// Deterministic: the same mutants every time. Meant for the sanitized build, useful in any.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "scenarios/error.h"
+#include "scenarios/scenario.h"
+#include "scenarios/yaml_reader.h"
+
+namespace lacuna {
+namespace {
+
+/// Mutants a text; each is independent of the others. Sanitized they take a few seconds.
+constexpr int kMutants = 3000;
+constexpr int kFileMutants = 1500;
+/// A mutant that takes longer than this has found a hole, even under sanitizers on a busy machine.
+constexpr auto kPatience = std::chrono::seconds(20);
+
+std::string read(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+const std::filesystem::path kRoot = LACUNA_SOURCE_DIR;
+
+/// Changes one to eight places of a text: bytes, chunks, numbers, and the tokens of its format.
+class Mutator {
+ public:
+  Mutator(std::vector<std::string> tokens, std::uint64_t seed) : tokens_(std::move(tokens)), random_(seed) {}
+
+  std::string operator()(const std::string& valid) {
+    std::string text = valid;
+    for (int i = static_cast<int>(pick(8)) + 1; i > 0; --i) change(text);
+    return text;
+  }
+
+ private:
+  std::size_t pick(std::size_t count) { return count == 0 ? 0 : random_() % count; }
+
+  void change(std::string& text) {
+    const std::size_t at = pick(text.size() + 1);
+    const std::size_t length = std::min(pick(24), text.size() - at);
+    switch (pick(8)) {
+      case 0: text.insert(at, 1, static_cast<char>(pick(256))); break;
+      case 1: text.erase(at, length); break;
+      case 2: text.insert(at, text.substr(pick(text.size() + 1), pick(64))); break;
+      case 3: text.insert(at, tokens_[pick(tokens_.size())]); break;
+      case 4: text.replace(at, length, tokens_[pick(tokens_.size())]); break;
+      case 5: text.resize(at); break;
+      case 6: text.insert(at, pick(200), at < text.size() ? text[at] : ' '); break;
+      default:
+        if (at < text.size()) text[at] = static_cast<char>(text[at] ^ (1 << pick(8)));
+    }
+  }
+
+  std::vector<std::string> tokens_;
+  std::mt19937_64 random_;
+};
+
+/// Runs `work`; fails on any exception but InputError, on messages of more than one line, and on slowness.
+bool survives(const std::function<void()>& work, const std::string& mutant) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string wrong;
+  try {
+    work();
+  } catch (const InputError& error) {
+    for (const char c : std::string(error.what()))
+      if (static_cast<unsigned char>(c) < 0x20) wrong = std::string("a control character in: ") + error.what();
+  } catch (const std::exception& error) {
+    wrong = std::string("another exception: ") + error.what();
+  }
+  if (std::chrono::steady_clock::now() - start > kPatience) wrong = "too slow";
+  EXPECT_TRUE(wrong.empty()) << wrong << "\nfrom the input:\n" << mutant;
+  return wrong.empty();
+}
+
+std::filesystem::path scratch_folder() {
+  const auto folder = std::filesystem::temp_directory_path() / ("lacuna_fuzz_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
+}
+
+class Fuzz : public testing::Test {
+ protected:
+  ~Fuzz() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  std::filesystem::path folder_ = scratch_folder();
+};
+
+const std::vector<std::string> kYamlTokens{":",
+                                           ": ",
+                                           "\n",
+                                           "- ",
+                                           "[",
+                                           "]",
+                                           "{",
+                                           "}",
+                                           "&a ",
+                                           "*a",
+                                           "!!str ",
+                                           "? ",
+                                           "|",
+                                           ">",
+                                           "#",
+                                           "\"",
+                                           "'",
+                                           "---\n",
+                                           "...\n",
+                                           "%YAML 1.2\n",
+                                           "~",
+                                           "null",
+                                           ".inf",
+                                           ".nan",
+                                           "1e999",
+                                           "-1",
+                                           "0",
+                                           "joint_2",
+                                           "../../x",
+                                           "/dev/zero",
+                                           "\t",
+                                           "  ",
+                                           "\\x00",
+                                           std::string(1, '\0'),
+                                           "\xEF\xBB\xBF",
+                                           "\xff",
+                                           "value",
+                                           "<<: "};
+
+TEST_F(Fuzz, ScenarioFiles) {
+  const std::string valid = R"(format: lacuna-scenario/1
+name: fuzz
+robot: robot.urdf
+gravity: [0, 0, -9.81]
+sample_period: 0.01
+actuators:
+  joint_1: {model: torque_source, gain: 10, damping: 2}
+  joint_2: {model: torque_source, gain: 5, damping: 1}
+identify:
+  gain: {relative_bounds: [0.5, 2.0]}
+  joint_2.damping: [1, 4]
+channels:
+  time: t
+  command: {joint_1: u_1, joint_2: {column: u_2, scale: 2, offset: -1}}
+  position: {joint_1: q_1, joint_2: q_2}
+noise: {position: 0.001}
+recordings:
+  - {file: run.csv, role: train, from: 0.0, to: 0.02}
+  - {file: run.csv, role: test}
+effects:
+  - {effect: payload, where: arm, parameters: {m: {value: 3.5, ci95: [3, 4]}}, recordings: [run.csv]}
+prediction: {horizon: 0.2}
+)";
+  std::filesystem::copy_file(kRoot / "scenarios/hydrolek/seed_table1.urdf", folder_ / "robot.urdf");
+  write(folder_ / "run.csv", "t,u_1,u_2,q_1,q_2\n0,1,2,3,4\n0.01,1,2,3,4\n0.02,1,2,3,4\n0.03,1,2,3,4\n");
+  write(folder_ / "scenario.yaml", valid);
+  ASSERT_NO_THROW(load_scenario(folder_ / "scenario.yaml"));
+  Mutator mutate(kYamlTokens, 1);
+  for (int i = 0; i < kFileMutants; ++i) {
+    const std::string mutant = mutate(valid);
+    write(folder_ / "scenario.yaml", mutant);
+    if (!survives([&] { load_scenario(folder_ / "scenario.yaml"); }, mutant)) break;
+  }
+}
+
+TEST_F(Fuzz, YamlTexts) {
+  const std::string valid = read(kRoot / "scenarios/hydrolek/scenario.yaml");
+  Mutator mutate(kYamlTokens, 2);
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string mutant = mutate(valid);
+    if (!survives([&] { parse_yaml(mutant, "s.yaml"); }, mutant)) break;
+  }
+}
+
+TEST_F(Fuzz, UrdfTexts) {
+  const std::vector<std::string> tokens{"<",
+                                        ">",
+                                        "/>",
+                                        "</",
+                                        "<!--",
+                                        "-->",
+                                        "<?",
+                                        "?>",
+                                        "<![CDATA[",
+                                        "]]>",
+                                        "&lt;",
+                                        "&#0;",
+                                        "'",
+                                        "\"",
+                                        "=",
+                                        "<link name='x'/>",
+                                        "<joint name='x' type='fixed'>",
+                                        "type='floating'",
+                                        "<mimic joint='joint_1'/>",
+                                        "<mesh filename='a'/>",
+                                        "<sphere/>",
+                                        "<box/>",
+                                        "<limit/>",
+                                        "<mass value='-1'/>",
+                                        "nan",
+                                        "inf",
+                                        "1e999",
+                                        "0",
+                                        "-",
+                                        std::string(1, '\0'),
+                                        "\xEF\xBB\xBF",
+                                        "\xef",
+                                        "\xff",
+                                        "<a>",
+                                        " name='y'",
+                                        "</robot>",
+                                        "<robot name='z'>",
+                                        "<inertial>",
+                                        "<origin rpy='1 2 3'/>",
+                                        " version='9'"};
+  const std::string small = read(kRoot / "scenarios/pendulum/pendulum.urdf");
+  const std::string large = read(kRoot / "scenarios/hydrolek/hydrolek.urdf");
+  Mutator mutate(tokens, 3);
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string mutant = mutate(i % 3 == 0 ? large : small);
+    const auto work = [&] {
+      // What is accepted can be written, and what is written can be read.
+      const auto robot = Robot::from_urdf_text(mutant, "r.urdf");
+      Robot::from_urdf_text(to_urdf(*robot), "again.urdf");
+    };
+    if (!survives(work, mutant)) break;
+  }
+}
+
+TEST_F(Fuzz, CsvFiles) {
+  const std::vector<std::string> tokens{",",
+                                        ",,",
+                                        "\n",
+                                        "\r\n",
+                                        "\r",
+                                        "\"",
+                                        "\"\"",
+                                        "nan",
+                                        "-nan",
+                                        "inf",
+                                        "1e999",
+                                        "1e-999",
+                                        "-",
+                                        "+-",
+                                        "0x1",
+                                        "1e",
+                                        " ",
+                                        "\t",
+                                        ";",
+                                        "t",
+                                        ".",
+                                        "..",
+                                        "e5",
+                                        std::string(1, '\0'),
+                                        "\xEF\xBB\xBF",
+                                        "\xff",
+                                        std::string(30, '9')};
+  const std::string valid = "t,\"a, b\",q_1\n0,1.5,2\n0.01,-2.5e-3,nan\n0.02,,3\n0.03,4,5.123456789012345678\n";
+  Mutator mutate(tokens, 4);
+  RecordingLimits limits;
+  limits.line_bytes = 512;
+  limits.columns = 16;
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string mutant = mutate(valid);
+    write(folder_ / "run.csv", mutant);
+    const auto work = [&] {
+      const auto data = load_recording(folder_ / "run.csv", "run.csv", limits);
+      for (const auto& column : data->columns) ASSERT_EQ(column.size(), data->rows());
+      write_csv(folder_ / "again.csv", *data);
+    };
+    if (!survives(work, mutant)) break;
+  }
+}
+
+TEST_F(Fuzz, MatFiles) {
+  const std::vector<std::string> tokens{std::string(4, '\0'),         std::string(4, '\xff'),
+                                        std::string("\x0e\0\0\0", 4), std::string("\x0f\0\0\0", 4),
+                                        std::string("\x01\0\0\0", 4), std::string("\0\0\0\x7f", 4)};
+  std::vector<std::string> valid;
+  for (const char* name : {"vectors.mat", "vectors_compressed.mat", "struct.mat", "struct_compressed.mat"})
+    valid.push_back(read(kRoot / "tests/scenarios/data" / name));
+  Mutator mutate(tokens, 5);
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string& origin = valid[static_cast<std::size_t>(i) % valid.size()];
+    // The 128 bytes of header are text: what follows is what matters.
+    const std::string mutant = origin.substr(0, 128) + mutate(origin.substr(128));
+    write(folder_ / "run.mat", mutant);
+    if (!survives([&] { load_recording(folder_ / "run.mat", "run.mat"); }, "mutant " + std::to_string(i))) break;
+  }
+}
+
+}  // namespace
+}  // namespace lacuna
