@@ -13,8 +13,8 @@ target_compile_features(lacuna INTERFACE cxx_std_20)
 install(TARGETS lacuna EXPORT lacunaTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(room scenarios backends physics ga diagnosis reports render)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
-  # Headers over a library other than Eigen are ours alone.
-  list(FILTER headers EXCLUDE REGEX "^backends/(mujoco|simbody|ode)/|^physics/lanes\\.h$")
+  # Headers over a library other than Eigen, and those of the generator, are ours alone.
+  list(FILTER headers EXCLUDE REGEX "^backends/(mujoco|simbody|ode)/|^physics/lanes\\.h$|^scenarios/generate/")
   foreach(header IN LISTS headers)
     get_filename_component(folder ${header} DIRECTORY)
     install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lacuna/${folder})
@@ -22,7 +22,8 @@ foreach(room scenarios backends physics ga diagnosis reports render)
 endforeach()
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/lacuna
-  FILES_MATCHING PATTERN *.yaml PATTERN *.urdf PATTERN *.csv PATTERN *.mat PATTERN *.md)
+  FILES_MATCHING PATTERN *.yaml PATTERN *.urdf PATTERN *.csv PATTERN *.mat PATTERN *.md
+  PATTERN generate EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 install(EXPORT lacunaTargets NAMESPACE lacuna:: DESTINATION ${LACUNA_CMAKE_DIR})
