@@ -1,0 +1,316 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/catalogue.h"
+#include "reports/json.h"
+#include "reports/report.h"
+#include "reports/sections.h"
+#include "reports/svg.h"
+#include "reports/wording.h"
+#include "scenarios/files.h"
+
+namespace lacuna {
+namespace {
+
+/// Bars in the chart of a round; the table lists everything.
+constexpr std::size_t kMostBars = 12;
+
+const char* tone_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::consistent: return "good";
+    case Verdict::missing_physics: return "found";
+    case Verdict::unknown_physics: return "open";
+  }
+  return "";
+}
+
+bool is_finding(const Diagnosis& diagnosis, const Candidate& candidate) {
+  return candidate.note.empty() && std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&](const Finding& f) {
+           return f.effect == candidate.effect && f.place == candidate.place;
+         });
+}
+
+std::string gain_words(double gain, double error) {
+  if (!std::isfinite(gain)) return number(gain);
+  return std::isfinite(error) && error > 0.0 ? fmt::format("{} \u00b1 {}", number(gain, 4), number(error, 2)) : number(gain, 4);
+}
+
+void add_tiles(Page& page, const Diagnosis& d) {
+  page.tile("Verdict", d.verdict == Verdict::consistent        ? "consistent"
+                       : d.verdict == Verdict::missing_physics ? "missing physics"
+                                                               : "unknown physics",
+            d.findings.size() == 1 ? "1 effect named" : fmt::format("{} effects named", d.findings.size()));
+  const Role role = judged_role(d.after);
+  const double before = over_noise(rms_in(d.before, role), d.noise), after = over_noise(rms_in(d.after, role), d.noise);
+  if (std::isfinite(after)) {
+    const bool changed = !d.findings.empty() && std::isfinite(before);
+    page.tile("Residual over noise",
+              changed ? number(before, 3) + " \u2192 " + number(after, 3) : number(after, 3),
+              fmt::format("{} recordings, all joints", to_string(role)));
+  }
+  if (!d.findings.empty()) {
+    long kept = 0, available = 0;
+    for (const EngineGain& gain : d.engines) {
+      available += gain.available;
+      kept += gain.available && gain.kept > 0.9;
+    }
+    if (available > 0)
+      page.tile("Engines that keep the gain", fmt::format("{} of {}", kept, available), "at least 90 % of it");
+  }
+  page.tile("Time", duration(d.seconds), fmt::format("identified on {}, seed {}", d.engine, d.seed));
+}
+
+Html lines(const std::vector<std::string>& items) {
+  Html out;
+  for (const std::string& item : items) out.markup += (out.markup.empty() ? "" : "<br>") + escape(item);
+  return out;
+}
+
+Html findings_table(const Diagnosis& d) {
+  Table table({{"effect"}, {"where"}, {"parameters (95 % interval)"}, {"probability", true}, {"rivals"}, {"p-value", true},
+               {"held-out gain", true}, {"held-out share", true}});
+  for (const Finding& f : d.findings) {
+    std::vector<std::string> parameters, rivals;
+    for (const Estimate& parameter : f.parameters) parameters.push_back(parameter.name + " = " + with_interval(parameter));
+    for (std::size_t i = 0; i < std::min<std::size_t>(f.rivals.size(), 3); ++i) {
+      const Rival& r = f.rivals[i];
+      rivals.push_back(fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.place), probability(r.probability)));
+    }
+    table.row({element("strong", text(effect_title(f.effect))), text(place_words(f.place)), lines(parameters),
+               text(probability(f.probability)), lines(rivals), text(number(f.p_value, 2)),
+               text(gain_words(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
+  }
+  return table.html();
+}
+
+std::string times_words(const Finding& f) {
+  std::vector<std::string> out;
+  for (const Finding::Interval& i : f.times) {
+    std::string words = fmt::format("{} to {} s", number(i.begin, 4), number(i.end, 4));
+    out.push_back(i.recording.empty() ? words : words + " of " + i.recording);
+  }
+  return list_of(out);
+}
+
+Html finding_card(const Finding& f) {
+  std::vector<std::pair<std::string, Html>> entries;
+  const int index = find_effect(f.effect);
+  const EffectInfo* info = index < 0 ? nullptr : &effect_table()[static_cast<std::size_t>(index)];
+  if (info != nullptr) {
+    entries.emplace_back("what it does", element("code", text(info->equation)));
+    entries.emplace_back("what one sees", text(info->shows_as));
+    entries.emplace_back("what mimics it", text(info->hidden_by));
+  }
+  if (info != nullptr) {
+    for (const Estimate& parameter : f.parameters) {
+      for (const ParameterInfo& p : info->parameters) {
+        if (parameter.name == p.name)
+          entries.emplace_back(parameter.name, text(fmt::format("{}: {}", p.meaning, with_interval(parameter))));
+      }
+    }
+  }
+  entries.emplace_back("where it shows", text(list_of(f.regions)));
+  entries.emplace_back("when it acts most", text(times_words(f)));
+  entries.emplace_back("recordings", text(f.recordings.empty() ? "all" : list_of(f.recordings)));
+  std::vector<std::string> others;
+  for (const std::string& member : f.members) {
+    if (member != f.effect) others.push_back(effect_title(member));
+  }
+  if (!others.empty())
+    entries.emplace_back("not separated from", text(list_of(others) + " (the recordings do not tell them apart)"));
+  entries.emplace_back("stability", text(fmt::format("best in {} of the resamples of the data", percent(f.stability))));
+  if (info != nullptr) entries.emplace_back("source", text(info->source));
+  return element("div", element("h3", text(effect_title(f.effect) + ", " + place_words(f.place))) + facts(entries), "card");
+}
+
+Html findings_section(const Diagnosis& d) {
+  Html out;
+  if (d.findings.empty()) {
+    out += paragraph("No effect of the catalogue improves the prediction of recordings that were not fitted beyond chance.");
+  } else {
+    out += findings_table(d);
+    out += paragraph("Held-out gain: log-likelihood gained on the validate recordings, \u00b1 standard error. Held-out share: "
+                     "share of their residual energy removed. The p-value is of the gain on the train recordings, corrected "
+                     "for everything that was tried.",
+                     "muted small");
+    for (const Finding& finding : d.findings) out += finding_card(finding);
+  }
+  if (!d.unexplained.present) return out;
+  std::string open = fmt::format("Unexplained: {} of the held-out residual energy above the noise",
+                                 percent(d.unexplained.share));
+  if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
+  return out + element("div", element("h3", text("What stays unexplained")) + paragraph(open + ".") +
+                                  bullets(d.unexplained.regions),
+                       "card");
+}
+
+/// Before and after per joint; a group of columns per role.
+Html residual_section(const Scenario& scenario, const Diagnosis& d) {
+  Table table({{"joint"}, {"recordings"}, {"before", true}, {"after", true}, {"unit"}, {"noise", true},
+               {"before / noise", true}, {"after / noise", true}, {"removed", true}});
+  const JointRms* order = nullptr;
+  for (const auto& [role, rms] : d.after.rms) {
+    if (order == nullptr && !rms.empty()) order = &rms;
+  }
+  if (order == nullptr) return {};
+  for (const auto& [joint, unused] : *order) {
+    bool first = true;
+    for (const auto& [role, rms] : d.after.rms) {
+      if (rms.empty()) continue;
+      const double before = entry_of(rms_in(d.before, role), joint), after = entry_of(rms, joint);
+      const double noise = entry_of(d.noise, joint);
+      const bool judged = !d.findings.empty() && role == Role::test && after < 0.5 * before;
+      table.row({first ? element("code", text(joint)) : Html{}, text(to_string(role)), text(number(before, 3)),
+                 text(number(after, 3)), text(residual_unit(scenario, &d, joint)), text(first ? number(noise, 3) : ""),
+                 text(number(before / noise, 3)), text(number(after / noise, 3)),
+                 text(percent(1.0 - after * after / (before * before)))},
+                judged);
+      first = false;
+    }
+  }
+  return table.html() +
+         paragraph("rms of simulated minus measured. Before: the plain model, re-identified. After: the diagnosed model. "
+                   "Removed: share of the residual's energy. Test recordings served neither to fit nor to choose.",
+                   "muted small");
+}
+
+Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
+  std::vector<const Candidate*> order;
+  for (const Candidate& candidate : round) order.push_back(&candidate);
+  const auto rank = [](const Candidate* c) { return std::isfinite(c->heldout_gain) ? c->heldout_gain : -HUGE_VAL; };
+  std::stable_sort(order.begin(), order.end(), [&](auto* a, auto* b) { return rank(a) > rank(b); });
+  BarChart chart;
+  chart.title = "Held-out gain of the candidates";
+  chart.description = "Log-likelihood gained on the validate recordings with one standard error; kept ones highlighted.";
+  chart.x_label = "held-out gain, log-likelihood";
+  for (std::size_t i = 0; i < std::min(order.size(), kMostBars); ++i) {
+    const Candidate& c = *order[i];
+    chart.bars.push_back({effect_title(c.effect) + ", " + c.place, c.heldout_gain, c.heldout_error, is_finding(d, c)});
+  }
+  Table table({{"effect"}, {"where"}, {"parameters", true}, {"train gain", true}, {"held-out gain", true},
+               {"held-out share", true}, {"p-value", true}, {"outcome"}});
+  for (const Candidate* c : order) {
+    table.row({text(effect_title(c->effect)), text(place_words(c->place)), text(std::to_string(c->parameters)),
+               text(number(c->train_gain, 4)), text(gain_words(c->heldout_gain, c->heldout_error)),
+               text(percent(c->heldout_share)), text(number(c->p_value, 2)), text(c->note.empty() ? "kept" : c->note)},
+              is_finding(d, *c));
+  }
+  return to_svg(chart) + details(fmt::format("All {} candidates", order.size()), table.html());
+}
+
+Html tried_section(const Diagnosis& d) {
+  Html out;
+  for (std::size_t i = 0; i < d.rounds.size(); ++i) {
+    if (d.rounds[i].empty()) continue;
+    std::string title = fmt::format("Round {}", i + 1);
+    if (i > 0 && i <= d.findings.size()) {
+      std::vector<std::string> kept;
+      for (std::size_t k = 0; k < i; ++k) kept.push_back(effect_title(d.findings[k].effect) + " at " + d.findings[k].place);
+      title += ", with " + list_of(kept) + " in the model";
+    }
+    out += element("h3", text(title)) + round_chart(d, d.rounds[i]);
+  }
+  if (out.markup.empty()) return out;
+  return paragraph("Every effect of the catalogue at every place it may act, each re-identified together with the model's "
+                   "own parameters, and judged on recordings that were not fitted.") +
+         out;
+}
+
+Html engine_section(const Diagnosis& d) {
+  if (d.engines.empty()) return {};
+  Table table({{"engine"}, {"before / noise", true}, {"after / noise", true}, {"gain kept", true}, {"remarks"}});
+  bool ratios = false;
+  for (const EngineGain& g : d.engines) ratios = ratios || std::isfinite(over_noise(g.after, d.noise));
+  for (const EngineGain& g : d.engines) {
+    const std::string remark = g.available ? (g.engine == d.engine ? "identified here" : "") : g.reason;
+    const double before = over_noise(g.before, d.noise), after = over_noise(g.after, d.noise);
+    table.row({text(g.engine), text(g.available ? number(before, 4) : ""), text(g.available ? number(after, 4) : ""),
+               text(g.available && !d.findings.empty() ? percent(g.kept) : ""), text(remark)});
+  }
+  std::string words = "The same parameters and the same effects, simulated by each engine on the test recordings.";
+  if (!d.findings.empty())
+    words += fmt::format(" Gain kept: the share of {}'s reduction of residual energy that remains.", d.engine);
+  if (!ratios) words += " The noise is not known, so ratios to it are left out.";
+  return table.html() + paragraph(words, "muted small");
+}
+
+Html method_section(const Diagnosis& d) {
+  std::vector<std::string> steps{
+      fmt::format("The plain model's free parameters are identified on the train recordings ({}, {}).", d.before.optimizer,
+                  d.before.engine),
+      "Each effect of the catalogue is added at each place in turn and everything is identified again. An effect holds the "
+      "plain model exactly at its neutral value, so adding it can only be judged by what it gains.",
+      "What is gained is measured on the validate recordings, which were not fitted, against the spread of the gain over "
+      "blocks of time and against chance, corrected for the number of effects tried. The best survivor is kept and the "
+      "search repeats with it in the model.",
+      "The test recordings are opened last: they are reported, never used to fit or to choose."};
+  Html out;
+  for (const std::string& step : steps) out += element("li", text(step));
+  out = element("ol", out);
+  const StepChoice& step = d.after.step;
+  if (step.step > 0.0) {
+    std::string words = fmt::format("Integration step at most {}", quantity(step.step * 1e3, "ms", 3));
+    if (std::isfinite(step.error_over_noise))
+      words += fmt::format("; measured by halving, it leaves an error of {} times the noise", number(step.error_over_noise, 2));
+    out += paragraph(words + ".");
+  }
+  return out;
+}
+
+/// Joints drawn large: those with a finding, or with something unexplained.
+std::vector<std::string> leading_joints(const Diagnosis& d) {
+  std::vector<std::string> out = d.unexplained.present ? d.unexplained.where : std::vector<std::string>{};
+  for (const Finding& finding : d.findings) out.push_back(finding.place);
+  const auto drawn = [&](const std::string& joint) {
+    return std::any_of(d.traces.begin(), d.traces.end(), [&](const Trace& trace) { return trace.joint == joint; });
+  };
+  out.erase(std::remove_if(out.begin(), out.end(), [&](const std::string& joint) { return !drawn(joint); }), out.end());
+  // Nothing to lead with on a robot of many joints: all of them small.
+  if (out.empty() && d.traces.size() > 2) out.push_back("");
+  return out;
+}
+
+Html before_after_section(const Diagnosis& d) {
+  TraceOptions options;
+  options.leading = leading_joints(d);
+  options.noise = d.noise;
+  options.findings = d.findings;
+  if (d.findings.empty()) options.words = {"", "identified model"};
+  std::vector<Trace> traces = d.traces;
+  if (d.findings.empty()) {
+    for (Trace& trace : traces) trace.before.clear();
+  }
+  return trace_section(traces, options);
+}
+
+}  // namespace
+
+std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const Context& context,
+                           std::span<const Picture> pictures) {
+  Page page(d.scenario, "Lacuna diagnosis");
+  page.lead(verdict_sentence(scenario, d), tone_of(d.verdict));
+  add_tiles(page, d);
+  page.section("Findings", findings_section(d));
+  page.section(d.findings.empty() ? "Measured and simulated" : "Before and after", before_after_section(d));
+  page.section("Residuals", residual_section(scenario, d));
+  page.section("What was tried", tried_section(d));
+  page.section("Parameters", parameter_section(d.after.estimates));
+  page.section("What the data determine", identifiability_section(d.after));
+  page.section("Engines", engine_section(d));
+  page.section("Pictures", picture_section(pictures));
+  page.section("Population search", convergence_section(d.after.history.size() > 1 ? d.after : d.before));
+  page.section("Notes", bullets(d.notes));
+  page.section("Method", method_section(d));
+  page.section("Context", context_section(context));
+  return page.str();
+}
+
+void write_diagnosis_report(const std::filesystem::path& folder, const Scenario& scenario, const Diagnosis& diagnosis,
+                            const Context& context, std::span<const Picture> pictures) {
+  write_file_atomically(folder / "diagnosis.json", to_json(diagnosis, context));
+  write_file_atomically(folder / "report.html", diagnosis_page(scenario, diagnosis, context, pictures));
+}
+
+}  // namespace lacuna

@@ -1,0 +1,229 @@
+#include "reports/json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace lacuna {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const Context& context) {
+  Json engine_versions = Json::object();
+  for (const auto& [engine, version_text] : context.engine_versions) engine_versions[engine] = version_text;
+  return {{"date", context.date},
+          {"host", context.host},
+          {"cpu", context.cpu},
+          {"cores", context.cores},
+          {"compiler", context.compiler},
+          {"flags", context.flags},
+          {"build_type", context.build_type},
+          {"commit", context.commit},
+          {"version", context.version},
+          {"lanes", context.lanes},
+          {"engine_versions", engine_versions},
+          {"seed", context.seed},
+          {"threads", context.threads},
+          {"command_line", context.command_line}};
+}
+
+Json json_of(const JointRms& rms) {
+  Json out = Json::object();
+  for (const auto& [joint, value] : rms) out[joint] = value;
+  return out;
+}
+
+/// rms per role and joint.
+Json rms_of(const FitResult& fit) {
+  Json out = Json::object();
+  for (const auto& [role, rms] : fit.rms) out[to_string(role)] = json_of(rms);
+  return out;
+}
+
+Json json_of(const Estimate& estimate) {
+  Json out{{"value", estimate.value},
+           {"ci95", {estimate.lower95, estimate.upper95}},
+           {"unit", estimate.unit},
+           {"identifiable", estimate.identifiable},
+           {"at_bound", estimate.at_bound}};
+  if (estimate.derived) out["derived"] = true;
+  return out;
+}
+
+Json json_of(const std::vector<Estimate>& estimates) {
+  Json out = Json::object();
+  for (const Estimate& estimate : estimates) out[estimate.name] = json_of(estimate);
+  return out;
+}
+
+/// `recording` runs parallel to `times`, so that `times` keeps one shape.
+Json evidence_of(const Finding& finding) {
+  Json times = Json::array(), recordings = Json::array();
+  bool named = false;
+  for (const Finding::Interval& interval : finding.times) {
+    times.push_back({interval.begin, interval.end});
+    recordings.push_back(interval.recording);
+    named = named || !interval.recording.empty();
+  }
+  Json out{{"times", times}};
+  if (named) out["recording"] = recordings;
+  out["regions"] = finding.regions;
+  out["p_value"] = finding.p_value;
+  out["heldout_gain"] = finding.heldout_gain;
+  out["heldout_gain_error"] = finding.heldout_error;
+  out["heldout_share"] = finding.heldout_share;
+  out["stability"] = finding.stability;
+  return out;
+}
+
+Json json_of(const Finding& finding) {
+  Json rivals = Json::array();
+  for (const Rival& rival : finding.rivals)
+    rivals.push_back({{"effect", rival.effect}, {"where", rival.place}, {"probability", rival.probability}});
+  Json out{{"effect", finding.effect},
+           {"where", finding.place},
+           {"probability", finding.probability},
+           {"rivals", rivals},
+           {"class", finding.members},
+           {"parameters", json_of(finding.parameters)}};
+  if (!finding.recordings.empty()) out["recordings"] = finding.recordings;
+  out["evidence"] = evidence_of(finding);
+  out["separating_experiment"] = nullptr;
+  return out;
+}
+
+Json json_of(const Candidate& candidate) {
+  return {{"effect", candidate.effect},
+          {"where", candidate.place},
+          {"parameters", candidate.parameters},
+          {"train_gain", candidate.train_gain},
+          {"heldout_gain", candidate.heldout_gain},
+          {"heldout_gain_error", candidate.heldout_error},
+          {"heldout_share", candidate.heldout_share},
+          {"p_value", candidate.p_value},
+          {"note", candidate.note}};
+}
+
+Json rounds_of(const Diagnosis& diagnosis) {
+  Json out = Json::array();
+  for (const std::vector<Candidate>& round : diagnosis.rounds) {
+    Json tried = Json::array();
+    for (const Candidate& candidate : round) tried.push_back(json_of(candidate));
+    out.push_back(tried);
+  }
+  return out;
+}
+
+Json json_of(const EngineGain& gain) {
+  Json out{{"engine", gain.engine}, {"available", gain.available}};
+  if (!gain.available) {
+    out["reason"] = gain.reason;
+    return out;
+  }
+  out["before"] = json_of(gain.before);
+  out["after"] = json_of(gain.after);
+  out["kept"] = gain.kept;
+  return out;
+}
+
+Json identifiability_of(const FitResult& fit) {
+  Json out{{"parameters", fit.point.size()},
+           {"rank", fit.identifiability.rank},
+           {"condition", fit.identifiability.condition},
+           {"effective_samples", fit.effective_samples}};
+  Json combinations = Json::array();
+  for (std::size_t i = 0; i < fit.undetermined.size(); ++i) {
+    Json combination{{"combination", fit.undetermined[i]}};
+    if (i < fit.identifiability.undetermined.size())
+      combination["relative_error"] = fit.identifiability.undetermined[i].relative_error;
+    combinations.push_back(combination);
+  }
+  out["undetermined"] = combinations;
+  return out;
+}
+
+Json json_of(const StepChoice& step) {
+  return {{"seconds", step.step}, {"error_over_noise", step.error_over_noise}};
+}
+
+Json history_of(const std::vector<GenerationRecord>& history) {
+  Json best = Json::array(), median = Json::array(), diversity = Json::array(), evaluations = Json::array();
+  for (const GenerationRecord& generation : history) {
+    best.push_back(generation.best);
+    median.push_back(generation.median);
+    diversity.push_back(generation.diversity);
+    evaluations.push_back(generation.evaluations);
+  }
+  return {{"best", best}, {"median", median}, {"diversity", diversity}, {"evaluations", evaluations}};
+}
+
+Json json_of(const FitResult& fit) {
+  return {{"engine", fit.engine},
+          {"optimizer", fit.optimizer},
+          {"rms", rms_of(fit)},
+          {"parameters", json_of(fit.estimates)},
+          {"identifiability", identifiability_of(fit)},
+          {"solution",
+           {{"sum_of_squares", fit.solution.sum_of_squares},
+            {"samples", fit.solution.residual.size()},
+            {"iterations", fit.solution.iterations},
+            {"converged", fit.solution.converged}}},
+          {"search_cost", fit.search_cost},
+          {"history", history_of(fit.history)},
+          {"step", json_of(fit.step)},
+          {"evaluations", fit.evaluations},
+          {"seconds", fit.seconds}};
+}
+
+std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+Json unexplained_of(const Unexplained& unexplained) {
+  return {{"present", unexplained.present},
+          {"where", unexplained.where},
+          {"regions", unexplained.regions},
+          {"share", unexplained.share}};
+}
+
+}  // namespace
+
+std::string to_json(const Diagnosis& diagnosis, const Context& context) {
+  Json findings = Json::array(), gains = Json::array();
+  for (const Finding& finding : diagnosis.findings) findings.push_back(json_of(finding));
+  for (const EngineGain& gain : diagnosis.engines) gains.push_back(json_of(gain));
+  const Json out{
+      {"format", "lacuna-diagnosis/1"},
+      {"scenario", diagnosis.scenario},
+      {"engine", diagnosis.engine},
+      {"seed", diagnosis.seed},
+      {"version", context.version},
+      {"verdict", to_string(diagnosis.verdict)},
+      {"findings", findings},
+      {"unexplained", unexplained_of(diagnosis.unexplained)},
+      {"fit",
+       {{"noise", json_of(diagnosis.noise)}, {"before", rms_of(diagnosis.before)}, {"after", rms_of(diagnosis.after)}}},
+      {"parameters", json_of(diagnosis.after.estimates)},
+      {"candidates", rounds_of(diagnosis)},
+      {"engines", gains},
+      {"identifiability", identifiability_of(diagnosis.after)},
+      {"step", json_of(diagnosis.after.step)},
+      {"notes", diagnosis.notes},
+      {"seconds", diagnosis.seconds},
+      {"context", json_of(context)}};
+  return text_of(out);
+}
+
+std::string to_json(std::span<const FitResult> fits, const std::string& scenario, const Context& context) {
+  Json records = Json::array();
+  for (const FitResult& fit : fits) records.push_back(json_of(fit));
+  return text_of({{"format", "lacuna-fit/1"},
+                  {"scenario", scenario},
+                  {"seed", context.seed},
+                  {"version", context.version},
+                  {"engines", records},
+                  {"context", json_of(context)}});
+}
+
+std::string to_json(const FitResult& fit, const std::string& scenario, const Context& context) {
+  return to_json(std::span(&fit, 1), scenario, context);
+}
+
+}  // namespace lacuna

@@ -1,0 +1,20 @@
+// Result records as JSON (FORMATS: diagnosis.json, fit.json). Numbers that are not finite become null; text that is not
+// UTF-8 is replaced, never an error.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "diagnosis/diagnosis.h"
+#include "reports/context.h"
+
+namespace lacuna {
+
+/// `diagnosis.json`, format lacuna-diagnosis/1.
+std::string to_json(const Diagnosis& diagnosis, const Context& context);
+
+/// `fit.json`, format lacuna-fit/1: one record per engine.
+std::string to_json(std::span<const FitResult> fits, const std::string& scenario, const Context& context);
+std::string to_json(const FitResult& fit, const std::string& scenario, const Context& context);
+
+}  // namespace lacuna

@@ -1,0 +1,43 @@
+// Bodies of the sections that reports share.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "reports/html.h"
+#include "reports/report.h"
+
+namespace lacuna {
+
+/// Estimates with their intervals and what limits them.
+Html parameter_section(const std::vector<Estimate>& estimates);
+
+/// What the data determine, in words.
+Html identifiability_section(const FitResult& fit);
+
+/// The population search: cost by generation.
+Html convergence_section(const FitResult& fit);
+
+struct TraceWords {
+  std::string before = "before", after = "after";
+};
+/// Measured against simulated with the residual below it: one pair of plots per trace. Joints in `leading` are drawn
+/// over the full width and first, the others two to a row. `noise` may be empty. `shaded`: times to mark, by joint.
+struct TraceOptions {
+  TraceWords words;
+  std::vector<std::string> leading;
+  JointRms noise;
+  std::vector<Finding> findings;  ///< whose times are shaded in traces of the same recording
+};
+Html trace_section(std::span<const Trace> traces, const TraceOptions& options);
+
+Html picture_section(std::span<const Picture> pictures);
+
+Html context_section(const Context& context);
+
+/// A list of terms and what they are.
+Html facts(const std::vector<std::pair<std::string, Html>>& entries);
+
+}  // namespace lacuna

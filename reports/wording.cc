@@ -1,0 +1,264 @@
+#include "reports/wording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/catalogue.h"
+
+namespace lacuna {
+namespace {
+
+constexpr char kDash[] = "\u2013";
+
+/// Decimals that a half-width supports: one digit of it, two where it starts with 1 or 2.
+int decimals_for(double half_width) {
+  const int decade = static_cast<int>(std::floor(std::log10(half_width)));
+  const bool small_lead = half_width / std::pow(10.0, decade) < 3.0;
+  return std::max(0, -decade + (small_lead ? 1 : 0));
+}
+
+/// Numbers of one estimate, all written alike.
+class Digits {
+ public:
+  explicit Digits(const Estimate& estimate) {
+    const double half = 0.5 * (estimate.upper95 - estimate.lower95), size = std::fabs(estimate.value);
+    const bool usable = std::isfinite(half) && half > 1e-12 * size && half > 0.0;
+    decimals_ = usable ? decimals_for(half) : -1;
+    // Long rows of digits that mean nothing, or of zeros, are harder to read than an exponent.
+    if (decimals_ > 6 || size >= 1e7 || half >= 1e6 || (decimals_ == 0 && half > 10 * std::max(size, 1e3)))
+      decimals_ = -1;
+  }
+  std::string operator()(double value) const {
+    return decimals_ < 0 || !std::isfinite(value) ? number(value, 4) : fmt::format("{:.{}f}", value, decimals_);
+  }
+
+ private:
+  int decimals_ = -1;
+};
+
+std::string with_unit(const std::string& value, const std::string& unit) {
+  return unit.empty() ? value : value + " " + unit;
+}
+
+/// "Coulomb friction at joint_2".
+std::string finding_words(const Finding& finding) {
+  return effect_title(finding.effect) + (finding.place == "arm" ? " of the arm" : " at " + finding.place);
+}
+
+std::string parameter_words(const Finding& finding) {
+  std::vector<std::string> parts;
+  for (const Estimate& parameter : finding.parameters) parts.push_back(parameter.name + " = " + with_interval(parameter));
+  return list_of(parts);
+}
+
+/// "the test residual falls from 4.0 to 1.01 times the noise"; "" where there is no residual. `joint` empty: of all joints.
+std::string improvement(const Scenario& scenario, const Diagnosis& diagnosis, const std::string& joint) {
+  const Role role = judged_role(diagnosis.after);
+  const JointRms &before = rms_in(diagnosis.before, role), &after = rms_in(diagnosis.after, role);
+  const auto only = [&](const JointRms& rms) { return joint.empty() ? rms : JointRms{{joint, entry_of(rms, joint)}}; };
+  double from = over_noise(only(before), only(diagnosis.noise)), to = over_noise(only(after), only(diagnosis.noise));
+  std::string tail = " times the noise";
+  if (!std::isfinite(from) || !std::isfinite(to)) {
+    const std::string shown = joint.empty() && !after.empty() ? after.front().first : joint;
+    from = entry_of(before, shown), to = entry_of(after, shown);
+    tail = " " + residual_unit(scenario, &diagnosis, shown) + " rms";
+    if (joint.empty() && after.size() > 1) tail += " at " + shown;
+  }
+  if (!std::isfinite(to)) return {};
+  const char* direction = to <= from ? "falls" : "rises";
+  if (!std::isfinite(from)) return fmt::format("the {} residual is {}{}", to_string(role), number(to, 3), tail);
+  return fmt::format("the {} residual {} from {} to {}{}", to_string(role), direction, number(from, 3), number(to, 3), tail);
+}
+
+std::string consistent_sentence(const Scenario& scenario, const Diagnosis& d) {
+  std::size_t tried = 0;
+  for (const auto& round : d.rounds) tried += round.size();
+  const Role role = judged_role(d.after);
+  const double ratio = over_noise(rms_in(d.after, role), d.noise);
+  std::string out = "Nothing is missing: the identified model explains the recordings";
+  if (std::isfinite(ratio)) {
+    out += fmt::format(" down to {} times the noise ({} residual)", number(ratio, 3), to_string(role));
+  } else if (!rms_in(d.after, role).empty()) {
+    const auto& [joint, value] = rms_in(d.after, role).front();
+    out += fmt::format(" ({} residual of {}: {} rms)", to_string(role), joint,
+                       quantity(value, residual_unit(scenario, &d, joint), 3));
+  }
+  if (tried == 1) out += ", and the one effect tried does no better than chance";
+  if (tried > 1) out += fmt::format(", and none of the {} effects tried does better than chance", tried);
+  return out + ".";
+}
+
+std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
+  const bool one = d.findings.size() == 1;
+  std::vector<std::string> parts;
+  for (const Finding& finding : d.findings) parts.push_back(finding_words(finding));
+  std::string out = list_of(parts) + (one ? " was left out" : " were left out");
+  if (one) {
+    const Finding& finding = d.findings.front();
+    const std::string parameters = parameter_words(finding);
+    out += fmt::format(" (probability {})", probability(finding.probability));
+    if (!parameters.empty()) out += ": " + parameters;
+  }
+  const std::string joint = one && std::isfinite(entry_of(rms_in(d.after, judged_role(d.after)), d.findings[0].place))
+                                ? d.findings[0].place
+                                : "";
+  const std::string better = improvement(scenario, d, joint);
+  if (!better.empty()) out += fmt::format("; with {} {}", one ? "it" : "them", better);
+  return out + ".";
+}
+
+std::string unknown_sentence(const Diagnosis& d) {
+  std::string out = "Something is missing that the catalogue does not explain";
+  if (!d.unexplained.where.empty()) out += ", at " + list_of(d.unexplained.where);
+  if (!d.unexplained.regions.empty()) out += " (" + list_of(d.unexplained.regions) + ")";
+  if (d.unexplained.share > 0.0)
+    out += fmt::format(": {} of the held-out residual energy above the noise remains", percent(d.unexplained.share));
+  if (!d.findings.empty()) {
+    std::vector<std::string> parts;
+    for (const Finding& finding : d.findings)
+      parts.push_back(fmt::format("{} (probability {})", finding_words(finding), probability(finding.probability)));
+    out += "; beside it " + list_of(parts) + (d.findings.size() == 1 ? " was left out" : " were left out");
+  }
+  return out + ".";
+}
+
+}  // namespace
+
+std::string number(double value, int digits) {
+  if (!std::isfinite(value)) return kDash;
+  // Numbers of up to six places before the point are written out.
+  if (std::fabs(value) >= 1000.0 && std::fabs(value) < 1e6) {
+    const int places = static_cast<int>(std::floor(std::log10(std::fabs(value)))) + 1;
+    return fmt::format("{:.{}f}", value, std::max(0, digits - places));
+  }
+  std::string out = fmt::format("{:.{}g}", value, digits);
+  const std::size_t e = out.find('e');
+  if (e == std::string::npos) return out;
+  const std::string exponent = std::to_string(std::stoi(out.substr(e + 1)));
+  return out.substr(0, e) + "e" + exponent;
+}
+
+std::string quantity(double value, const std::string& unit, int digits) {
+  return std::isfinite(value) ? with_unit(number(value, digits), unit) : kDash;
+}
+
+std::string value_of(const Estimate& estimate) { return Digits(estimate)(estimate.value); }
+
+std::string interval(const Estimate& estimate) {
+  const Digits digits(estimate);
+  const bool low = std::isfinite(estimate.lower95), high = std::isfinite(estimate.upper95);
+  if (low && high) return digits(estimate.lower95) + " to " + digits(estimate.upper95);
+  if (low) return "above " + number(estimate.lower95);
+  if (high) return "below " + number(estimate.upper95);
+  return "undetermined";
+}
+
+std::string with_interval(const Estimate& estimate) {
+  return with_unit(value_of(estimate), estimate.unit) + " (" + interval(estimate) + ")";
+}
+
+std::string probability(double value) {
+  if (!std::isfinite(value)) return kDash;
+  if (value > 0.995) return "above 0.99";
+  if (value < 0.005) return "below 0.01";
+  return fmt::format("{:.2f}", value);
+}
+
+std::string percent(double share) {
+  if (!std::isfinite(share)) return kDash;
+  const double value = 100.0 * share;
+  // 99.7 % is not all of it.
+  const bool fine = std::fabs(value) < 10.0 || (value > 99.0 && value < 100.0);
+  return fmt::format("{:.{}f} %", value, fine ? 1 : 0);
+}
+
+std::string duration(double seconds) {
+  if (!std::isfinite(seconds)) return kDash;
+  if (seconds < 100.0) return quantity(seconds, "s", 3);
+  const long whole = std::lround(seconds);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+std::string list_of(const std::vector<std::string>& items) {
+  std::string out;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) out += i + 1 == items.size() ? " and " : ", ";
+    out += items[i];
+  }
+  return out;
+}
+
+std::string effect_title(const std::string& effect) {
+  const int index = find_effect(effect);
+  return index < 0 ? effect : effect_table()[static_cast<std::size_t>(index)].title;
+}
+
+std::string place_words(const std::string& place) { return place == "arm" ? "the arm" : place; }
+
+std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, const std::string& entry) {
+  if (diagnosis != nullptr) {
+    for (const Trace& trace : diagnosis->traces) {
+      if (trace.joint == entry && !trace.unit.empty()) return trace.unit;
+    }
+  }
+  const std::size_t dot = entry.rfind('.');
+  const std::string kind = dot == std::string::npos ? "" : entry.substr(dot + 1);
+  const bool qualified = kind == "velocity" || kind == "effort" || kind == "pressure_a" || kind == "pressure_b";
+  if (!qualified && std::holds_alternative<InverseDynamics>(scenario.prediction)) return "command units";
+  const std::optional<int> joint =
+      scenario.robot ? scenario.robot->find_joint(qualified ? entry.substr(0, dot) : entry) : std::nullopt;
+  if (!joint) return {};
+  const bool slides = scenario.robot->joints()[static_cast<std::size_t>(*joint)].prismatic();
+  if (kind == "velocity") return slides ? "m/s" : "rad/s";
+  if (kind == "effort") return slides ? "N" : "N m";
+  if (qualified) return "Pa";
+  return slides ? "m" : "rad";
+}
+
+double entry_of(const JointRms& rms, const std::string& joint) {
+  for (const auto& [name, value] : rms) {
+    if (name == joint) return value;
+  }
+  return std::nan("");
+}
+
+const JointRms& rms_in(const FitResult& fit, Role role) {
+  static const JointRms kNone;
+  for (const auto& [r, rms] : fit.rms) {
+    if (r == role) return rms;
+  }
+  return kNone;
+}
+
+double over_noise(const JointRms& rms, const JointRms& noise) {
+  double sum = 0.0;
+  int n = 0;
+  for (const auto& [joint, value] : rms) {
+    const double ratio = value / entry_of(noise, joint);
+    if (!std::isfinite(ratio)) continue;
+    sum += ratio * ratio;
+    ++n;
+  }
+  return n > 0 ? std::sqrt(sum / n) : std::nan("");
+}
+
+Role judged_role(const FitResult& fit) {
+  for (const Role role : {Role::test, Role::validate}) {
+    if (!rms_in(fit, role).empty()) return role;
+  }
+  return Role::train;
+}
+
+std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosis) {
+  switch (diagnosis.verdict) {
+    case Verdict::consistent: return consistent_sentence(scenario, diagnosis);
+    case Verdict::unknown_physics: return unknown_sentence(diagnosis);
+    case Verdict::missing_physics: break;
+  }
+  return found_sentence(scenario, diagnosis);
+}
+
+}  // namespace lacuna

@@ -1,0 +1,50 @@
+// Numbers and verdicts in words, for people.
+#pragma once
+
+#include <string>
+
+#include "diagnosis/diagnosis.h"
+
+namespace lacuna {
+
+/// Significant digits, without trailing zeros: "24.7", "1.5e-5"; a dash for what is not finite.
+std::string number(double value, int digits = 4);
+/// With its unit: "24.7 N m".
+std::string quantity(double value, const std::string& unit, int digits = 4);
+/// As many digits as the 95 % interval supports: "24.7 N m (23.9 to 25.5)"; open ends are said in words.
+std::string with_interval(const Estimate& estimate);
+/// "23.9 to 25.5", "above 23.9", "undetermined".
+std::string interval(const Estimate& estimate);
+/// The value alone, with the interval's digits: "24.7".
+std::string value_of(const Estimate& estimate);
+/// "0.98", "above 0.99", "below 0.01".
+std::string probability(double value);
+/// "93 %", a dash for what is not finite.
+std::string percent(double share);
+/// "12.3 s", "4 min 10 s".
+std::string duration(double seconds);
+/// "a", "a and b", "a, b and c".
+std::string list_of(const std::vector<std::string>& items);
+
+/// "Coulomb friction" for coulomb_friction; an unknown name stays as it is.
+std::string effect_title(const std::string& effect);
+/// "joint_2", or "the arm".
+std::string place_words(const std::string& place);
+
+/// Unit of a residual's joint entry ("joint_2", "joint_2.velocity") in this scenario; "" where the scenario does not say.
+std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, const std::string& entry);
+
+/// Value of an entry; NaN where it is absent.
+double entry_of(const JointRms& rms, const std::string& joint);
+/// rms table of a role; empty where it is absent.
+const JointRms& rms_in(const FitResult& fit, Role role);
+/// Root mean square over the joints of rms / noise; NaN where no joint has both.
+double over_noise(const JointRms& rms, const JointRms& noise);
+
+/// The role that a claim about improvement rests on: test, else validate, else train.
+Role judged_role(const FitResult& fit);
+
+/// What was found, in one plain sentence.
+std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosis);
+
+}  // namespace lacuna
