@@ -62,3 +62,21 @@ endif()
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$")
 set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES} ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
              ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc)
+
+# Where results come from, told to the one file that writes it down (reports/context.h). The commit is the one configured.
+find_package(Git QUIET)
+set(LACUNA_COMMIT "")
+if(Git_FOUND)
+  execute_process(COMMAND ${GIT_EXECUTABLE} rev-parse --short HEAD WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+                  OUTPUT_VARIABLE LACUNA_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(NOT LACUNA_COMMIT)
+  set(LACUNA_COMMIT "unknown")
+endif()
+string(TOUPPER "${CMAKE_BUILD_TYPE}" LACUNA_BUILD_TYPE_UPPER)
+get_target_property(LACUNA_FLAGS lacuna_flags INTERFACE_COMPILE_OPTIONS)
+list(FILTER LACUNA_FLAGS EXCLUDE REGEX "^-W")
+list(PREPEND LACUNA_FLAGS ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${LACUNA_BUILD_TYPE_UPPER}})
+list(JOIN LACUNA_FLAGS " " LACUNA_FLAGS)
+set_source_files_properties(reports/context.cc PROPERTIES COMPILE_DEFINITIONS
+  "LACUNA_VERSION=\"${PROJECT_VERSION}\";LACUNA_COMPILER=\"${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION}\";LACUNA_FLAGS=\"${LACUNA_FLAGS}\";LACUNA_BUILD_TYPE=\"${CMAKE_BUILD_TYPE}\";LACUNA_COMMIT=\"${LACUNA_COMMIT}\"")
