@@ -92,7 +92,7 @@ class LineReader {
   std::string name_;
   std::size_t max_line_;
   int descriptor_;
-  std::vector<char> buffer_;
+  std::vector<char> buffer_ = std::vector<char>(kBlockBytes);
   std::size_t begin_ = 0, end_ = 0, number_ = 0;
   bool terminated_ = false;
 };
