@@ -22,8 +22,8 @@ void Dynamics::set_inertial(int body, const Inertial& inertial) {
   }
   if (!(inertial.mass > 0) || !std::isfinite(inertial.mass) || !inertial.com.allFinite() ||
       !inertial.inertia.allFinite()) {
-    throw std::invalid_argument("Dynamics: mass " + std::to_string(inertial.mass) + " of body " +
-                                std::to_string(body) + ", expected a mass > 0 and finite properties");
+    throw std::invalid_argument("Dynamics: mass " + std::to_string(inertial.mass) + " of body " + std::to_string(body) +
+                                ", expected a mass > 0 and finite properties");
   }
   do_set_inertial(body, inertial);
 }

@@ -25,16 +25,16 @@ struct Energy {
 
 /// What an engine can do itself, and how the rest is made up for, in words for `lacuna engines`.
 struct Capability {
-  std::string name;        ///< "inverse_dynamics", "mass_matrix", "inertials_in_place", "gravity_in_place", ...
-  bool native = false;     ///< false: derived here, as `words` say
+  std::string name;     ///< "inverse_dynamics", "mass_matrix", "inertials_in_place", "gravity_in_place", ...
+  bool native = false;  ///< false: derived here, as `words` say
   std::string words;
 };
 
 struct EngineInfo {
-  std::string name;        ///< "featherstone", "mujoco", "simbody", "ode"
-  std::string version;     ///< of the library, "" where it is not built
+  std::string name;     ///< "featherstone", "mujoco", "simbody", "ode"
+  std::string version;  ///< of the library, "" where it is not built
   bool available = false;
-  std::string reason;      ///< why it is not available
+  std::string reason;  ///< why it is not available
   std::vector<Capability> capabilities;
   std::vector<std::string> native_integrators;  ///< names that native_step takes, the engine's default first
 };
@@ -55,7 +55,7 @@ class Dynamics {
 
   /// Mass properties of body `body` in its own frame (mass > 0). Rebuilds only where the engine must.
   void set_inertial(int body, const Inertial& inertial);
-  void set_gravity(const Eigen::Vector3d& gravity);               ///< m/s^2, world frame
+  void set_gravity(const Eigen::Vector3d& gravity);  ///< m/s^2, world frame
 
   /// a(q, v, tau). Spans of dof() numbers.
   void forward_dynamics(std::span<const double> q, std::span<const double> v, std::span<const double> tau,
@@ -71,8 +71,8 @@ class Dynamics {
 
   /// One step of the engine's own integrator, tau held; q and v are advanced in place. `integrator` is one of
   /// EngineInfo::native_integrators (throws std::invalid_argument otherwise).
-  void native_step(const std::string& integrator, std::span<double> q, std::span<double> v,
-                   std::span<const double> tau, double step);
+  void native_step(const std::string& integrator, std::span<double> q, std::span<double> v, std::span<const double> tau,
+                   double step);
 
  protected:
   explicit Dynamics(std::shared_ptr<const Robot> robot) : robot_(std::move(robot)) {}

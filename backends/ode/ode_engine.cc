@@ -153,8 +153,8 @@ class OdeDynamics final : public Dynamics {
     for (std::size_t i = 0; i < motion_.size(); ++i) {
       const BodyMotion& body = motion_[i];
       const Eigen::Vector3d omega = body.rotation.transpose() * body.omega;
-      energy.kinetic += 0.5 * inertials_[i].mass * body.com_rate.squaredNorm() +
-                        0.5 * omega.dot(inertials_[i].inertia * omega);
+      energy.kinetic +=
+          0.5 * inertials_[i].mass * body.com_rate.squaredNorm() + 0.5 * omega.dot(inertials_[i].inertia * omega);
       energy.potential -= inertials_[i].mass * gravity_.dot(body.com);
     }
     return energy;

@@ -13,12 +13,12 @@ namespace lacuna {
 
 /// One body; everything in world axes.
 struct BodyMotion {
-  Eigen::Matrix3d rotation;   ///< body axes in the world
-  Eigen::Vector3d origin;     ///< m, of the body frame, which lies on the joint axis
-  Eigen::Vector3d axis;       ///< unit vector of the body's own joint
-  Eigen::Vector3d com;        ///< m
-  Eigen::Vector3d omega;      ///< rad/s
-  Eigen::Vector3d com_rate;   ///< m/s
+  Eigen::Matrix3d rotation;     ///< body axes in the world
+  Eigen::Vector3d origin;       ///< m, of the body frame, which lies on the joint axis
+  Eigen::Vector3d axis;         ///< unit vector of the body's own joint
+  Eigen::Vector3d com;          ///< m
+  Eigen::Vector3d omega;        ///< rad/s
+  Eigen::Vector3d com_rate;     ///< m/s
   Eigen::Vector3d alpha_drift;  ///< rad/s^2, angular acceleration at zero joint accelerations: (dS/dt v)
   Eigen::Vector3d com_drift;    ///< m/s^2, of the centre of mass at zero joint accelerations
 };

@@ -7,13 +7,11 @@
 // these, C++20's reversed operators leave no best candidate. This exact one, declared before them, is it.
 namespace SimTK {
 template <class Index>
-  requires requires(const Index& index) {
-    index.isValidExtended();
-    static_cast<int>(index);
-  }
-bool operator==(const Index& a, const Index& b) {
-  return static_cast<int>(a) == static_cast<int>(b);
+requires requires(const Index& index) {
+  index.isValidExtended();
+  static_cast<int>(index);
 }
+bool operator==(const Index& a, const Index& b) { return static_cast<int>(a) == static_cast<int>(b); }
 }  // namespace SimTK
 
 // Debian's Simbody is built with its assertions, and its State is laid out differently without (StateImpl.h): inline
@@ -175,8 +173,8 @@ class SimbodyDynamics final : public Dynamics {
       world_->system.realize(state_, SimTK::Stage::Velocity);
       scatter(wanted.data(), buffer_);
       SimTK::Vector residual;
-      world_->matter.calcResidualForceIgnoringConstraints(state_, SimTK::Vector(), world_->gravity.getBodyForces(state_),
-                                                          buffer_, residual);
+      world_->matter.calcResidualForceIgnoringConstraints(state_, SimTK::Vector(),
+                                                          world_->gravity.getBodyForces(state_), buffer_, residual);
       gather(residual, tau);
     });
   }
@@ -335,7 +333,9 @@ class SimbodyEngine final : public Engine {
         {"mass_matrix", true, "calcM"},
         {"inertials_in_place", false, "Simbody keeps them in its topology, realized anew before the next call"},
         {"gravity_in_place", true, "a state variable, nothing is rebuilt"},
-        {"rounded_inertias", false, "moments that a printed table rounded beyond the triangle inequality are raised to it"},
+        {"native_step", true, "begun anew at each call, which is most of its cost here"},
+        {"rounded_inertias", false,
+         "moments that a printed table rounded beyond the triangle inequality are raised to it"},
     };
     for (const NativeIntegrator& integrator : integrators) info.native_integrators.emplace_back(integrator.name);
     return info;

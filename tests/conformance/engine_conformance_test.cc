@@ -34,11 +34,17 @@ constexpr double pose_tolerance = 1e-9;
 
 /// Order of each native integrator; 0: not expected to converge as the step shrinks.
 const std::map<std::string, int> native_orders = {
-    {"semi_implicit_euler", 1}, {"rk4", 4},                  // featherstone
-    {"euler", 1},               {"implicit", 1},             // mujoco, which also has rk4
-    {"runge_kutta_merson", 4},  {"runge_kutta_feldberg", 4}, {"runge_kutta_3", 3},
-    {"semi_explicit_euler", 1}, {"explicit_euler", 1},       // simbody
-    {"step", 1},                {"quickstep", 0},            // ode; quickstep stops its iteration early at any step
+    {"semi_implicit_euler", 1},
+    {"rk4", 4},  // featherstone
+    {"euler", 1},
+    {"implicit", 1},  // mujoco, which also has rk4
+    {"runge_kutta_merson", 4},
+    {"runge_kutta_feldberg", 4},
+    {"runge_kutta_3", 3},
+    {"semi_explicit_euler", 1},
+    {"explicit_euler", 1},  // simbody
+    {"step", 1},
+    {"quickstep", 0},  // ode; quickstep stops its iteration early at any step
 };
 
 const Eigen::Vector3d earth(0, 0, -9.81);
@@ -202,7 +208,8 @@ TEST_P(EngineConformance, LinearMomentumOfADriftingRobotStays) {
   Worst error = worst(*dynamics);
   for (int axis = 0; axis < 3; ++axis) {
     double change = 0.0;
-    for (std::size_t i = static_cast<std::size_t>(axis); i < 7; ++i) change += (after.linear[i] - before.linear[i])[axis];
+    for (std::size_t i = static_cast<std::size_t>(axis); i < 7; ++i)
+      change += (after.linear[i] - before.linear[i])[axis];
     error.see(std::abs(change), fmt::format("axis {}", axis));
   }
   EXPECT_TRUE(error.at_most(1e-7));  // kg m/s of some tens: differences of poses, and RK4

@@ -35,8 +35,8 @@ inline void rk4_run(Dynamics& dynamics, std::vector<double>& q, std::vector<doub
 }
 
 struct Momentum {
-  std::vector<Eigen::Vector3d> linear;                   ///< kg m/s, per body
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();     ///< kg m^2/s, of all bodies about the world origin
+  std::vector<Eigen::Vector3d> linear;                ///< kg m/s, per body
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< kg m^2/s, of all bodies about the world origin
 };
 
 /// From poses alone: velocities are central differences of poses along v, over 1e-5 s (truncation about 1e-10 of size,
@@ -57,8 +57,8 @@ inline Momentum momentum(Dynamics& dynamics, const std::vector<double>& q, const
     const Inertial body = dynamics.robot().body_inertial(static_cast<int>(i));
     const Eigen::Vector3d rate = (after[i] * body.com - before[i] * body.com) / (2.0 * half);
     const Eigen::Matrix3d spin = (after[i].linear() - before[i].linear()) / (2.0 * half) * now[i].linear().transpose();
-    const Eigen::Vector3d omega = 0.5 * Eigen::Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0),
-                                                        spin(1, 0) - spin(0, 1));
+    const Eigen::Vector3d omega =
+        0.5 * Eigen::Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1));
     sum.linear.push_back(body.mass * rate);
     sum.angular += (now[i] * body.com).cross(body.mass * rate) +
                    now[i].linear() * body.inertia * now[i].linear().transpose() * omega;

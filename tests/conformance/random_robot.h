@@ -16,9 +16,7 @@ namespace lacuna::test {
 class Random {
  public:
   explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53;
-  }
+  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53; }
   int below(int n) { return static_cast<int>(bits_() % static_cast<std::uint64_t>(n)); }
   Eigen::Vector3d vector(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
   Eigen::Vector3d direction() {
@@ -72,8 +70,7 @@ inline std::vector<BodySpec> random_bodies(Random& random, int n) {
 
 inline std::shared_ptr<const Robot> random_tree(std::uint64_t seed, int n) {
   Random random(seed);
-  return make_robot("random tree of " + std::to_string(n) + ", seed " + std::to_string(seed),
-                    random_bodies(random, n));
+  return make_robot("random tree of " + std::to_string(n) + ", seed " + std::to_string(seed), random_bodies(random, n));
 }
 
 struct State {

@@ -21,7 +21,8 @@ struct Cartpole {
   double gravity = 9.81;
 
   /// q = (x, q), v = (x', q'), effort = (force, torque).
-  Eigen::Vector2d acceleration(const Eigen::Vector2d& q, const Eigen::Vector2d& v, const Eigen::Vector2d& effort) const {
+  Eigen::Vector2d acceleration(const Eigen::Vector2d& q, const Eigen::Vector2d& v,
+                               const Eigen::Vector2d& effort) const {
     const double a = cart + pole;
     const double b = inertia + pole * length * length;
     const double c = -pole * length * std::cos(q[1]);

@@ -1,7 +1,6 @@
 // The referees checked by themselves, before they judge any engine.
 #include <gtest/gtest.h>
 
-
 #include "tests/reference/cartpole.h"
 #include "tests/reference/double_pendulum.h"
 #include "tests/reference/pendulum.h"

@@ -40,8 +40,6 @@ inline std::shared_ptr<const Robot> make_robot(const std::string& name, const st
   return std::make_shared<const Robot>(name, std::move(joints), std::move(links), name);
 }
 
-inline Eigen::Isometry3d at(double x, double y, double z) {
-  return Eigen::Isometry3d(Eigen::Translation3d(x, y, z));
-}
+inline Eigen::Isometry3d at(double x, double y, double z) { return Eigen::Isometry3d(Eigen::Translation3d(x, y, z)); }
 
 }  // namespace lacuna::test
