@@ -1,0 +1,31 @@
+// Step 1: the plain model identified as well as it can be, residuals weighed by what each channel really leaves.
+#pragma once
+
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/screen.h"
+
+namespace lacuna {
+
+/// rms of each predicted channel's noise: what the scenario states or the recordings show, whichever is larger (a stated
+/// figure may leave out the transducer's steps). NaN where nothing is known.
+std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment);
+
+/// Weights for the next fit: the noise where the residual is down to it, the residual's own rms elsewhere, so that a joint
+/// with a misfit does not outweigh the others.
+std::vector<double> weights_from(const CurrentModel& current, const Experiment& experiment,
+                                 const SimulatorOptions& options);
+
+/// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
+void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
+            const RunControl& control, int iterations);
+
+/// Population search and least squares from its best, least squares from the scenario's start values as well, and the
+/// better of the two refined. `fit` receives the record of the search.
+CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
+                            const IdentifyOptions& options, FitResult& fit);
+
+/// Record of a refined model: estimates, identifiability, rms per role.
+void record_fit(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
+                FitResult& fit);
+
+}  // namespace lacuna

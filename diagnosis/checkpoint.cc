@@ -1,0 +1,175 @@
+#include "diagnosis/checkpoint.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "ga/checkpoint.h"
+#include "scenarios/error.h"
+#include "scenarios/files.h"
+
+namespace lacuna {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kFormat = "lacuna-diagnosis-checkpoint/1";
+
+Json exact(const std::vector<double>& values) {
+  Json out = Json::array();
+  for (const double x : values) out.push_back(exact_text(x));
+  return out;
+}
+double number(const Json& text) { return std::strtod(text.get_ref<const std::string&>().c_str(), nullptr); }
+std::vector<double> numbers(const Json& list) {
+  std::vector<double> out;
+  for (const Json& x : list) out.push_back(number(x));
+  return out;
+}
+
+Json to_json(const Candidate& c) {
+  return {{"effect", c.effect}, {"place", c.place}, {"parameters", c.parameters}, {"note", c.note},
+          {"numbers", exact({c.train_gain, c.heldout_gain, c.heldout_error, c.heldout_share, c.p_value})}};
+}
+Candidate candidate_from(const Json& j) {
+  const std::vector<double> n = numbers(j.at("numbers"));
+  return {j.at("effect"), j.at("place"), n.at(0), n.at(1), n.at(2), n.at(3), n.at(4), j.at("parameters"), j.at("note")};
+}
+
+Json to_json(const Finding& f) {
+  Json out = {{"effect", f.effect}, {"place", f.place}, {"members", f.members}, {"recordings", f.recordings},
+              {"regions", f.regions},
+              {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
+  for (const Rival& r : f.rivals) out["rivals"].push_back({r.effect, r.place, exact_text(r.probability)});
+  for (const auto& t : f.times) out["times"].push_back({t.recording, exact_text(t.begin), exact_text(t.end)});
+  return out;
+}
+Finding finding_from(const Json& j) {
+  Finding f;
+  f.effect = j.at("effect");
+  f.place = j.at("place");
+  f.members = j.at("members").get<std::vector<std::string>>();
+  f.recordings = j.at("recordings").get<std::vector<std::string>>();
+  f.regions = j.at("regions").get<std::vector<std::string>>();
+  const std::vector<double> n = numbers(j.at("numbers"));
+  f.probability = n.at(0), f.p_value = n.at(1), f.heldout_gain = n.at(2);
+  f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5);
+  for (const Json& r : j.value("rivals", Json::array())) f.rivals.push_back({r.at(0), r.at(1), number(r.at(2))});
+  for (const Json& t : j.value("times", Json::array())) f.times.push_back({t.at(0), number(t.at(1)), number(t.at(2))});
+  return f;
+}
+
+/// The solution at a stored point, evaluated anew.
+void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,
+                 const SimulatorOptions& options) {
+  Problem problem(model.model, experiment, model.space, options, model.weights);
+  const std::vector<int> train = experiment.with_role(Role::train);
+  model.fit = {};
+  model.fit.point = std::move(point);
+  model.fit.residual = problem.residual(model.fit.point, train);
+  model.fit.jacobian = problem.jacobian(model.fit.point, model.fit.residual, train);
+  model.fit.sum_of_squares = model.fit.residual.squaredNorm();
+}
+
+}  // namespace
+
+struct DiagnosisCheckpoint::Content {
+  Json json;
+};
+
+DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string problem)
+    : file_(std::move(file)), content_(std::make_unique<Content>()) {
+  content_->json = {{"format", kFormat}, {"problem", problem}, {"rounds", Json::array()}};
+  if (file_.empty() || !std::filesystem::exists(file_)) return;
+  Json found;
+  try {
+    std::ifstream in(file_);
+    found = Json::parse(in);
+    if (found.at("format") != kFormat) throw std::runtime_error("format");
+    found.at("rounds").size();
+  } catch (const std::exception&) {
+    throw InputError(file_.string(), "no readable checkpoint", "one that this program wrote; delete the file to start anew");
+  }
+  if (found.at("problem") != problem) {
+    throw InputError(file_.string(), "the checkpoint of another scenario, recording or option",
+                     "one of this command; delete the file or name another output folder");
+  }
+  content_->json = std::move(found);
+}
+
+DiagnosisCheckpoint::~DiagnosisCheckpoint() = default;
+
+std::filesystem::path DiagnosisCheckpoint::part(const std::string& name) const {
+  if (file_.empty()) return {};
+  std::filesystem::path out = file_;
+  return out.replace_extension("." + name + ".json");
+}
+
+bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const SimulatorOptions& options,
+                                           CurrentModel& model, FitResult& fit) const {
+  if (!content_->json.contains("baseline")) return false;
+  const Json& j = content_->json.at("baseline");
+  model.weights = numbers(j.at("weights"));
+  fit.engine = j.at("engine");
+  fit.optimizer = j.at("optimizer");
+  fit.evaluations = j.at("evaluations");
+  fit.step = {number(j.at("step").at(0)), number(j.at("step").at(1))};
+  fit.search_cost = number(j.at("search_cost"));
+  fit.seconds = number(j.at("seconds"));
+  for (const Json& g : j.at("history")) {
+    fit.history.push_back({number(g.at(0)), number(g.at(1)), number(g.at(2)), number(g.at(3)), g.at(4), number(g.at(5))});
+  }
+  SimulatorOptions simulator = options;
+  simulator.max_step = fit.step.step;
+  evaluate_at(model, numbers(j.at("point")), experiment, simulator);
+  return true;
+}
+
+void DiagnosisCheckpoint::store_baseline(const CurrentModel& model, const FitResult& fit) {
+  Json j = {{"weights", exact(model.weights)}, {"point", exact(model.fit.point)}, {"engine", fit.engine},
+            {"optimizer", fit.optimizer}, {"evaluations", fit.evaluations},
+            {"step", exact({fit.step.step, fit.step.error_over_noise})}, {"search_cost", exact_text(fit.search_cost)},
+            {"seconds", exact_text(fit.seconds)}, {"history", Json::array()}};
+  for (const GenerationRecord& g : fit.history) {
+    j["history"].push_back({exact_text(g.best), exact_text(g.median), exact_text(g.mean), exact_text(g.diversity),
+                            g.evaluations, exact_text(g.seconds)});
+  }
+  content_->json["baseline"] = std::move(j);
+  if (!file_.empty()) write_file_atomically(file_, content_->json.dump());
+}
+
+bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment, const SimulatorOptions& options,
+                                        CurrentModel& model, std::optional<Finding>& finding,
+                                        std::vector<Candidate>& candidates) const {
+  const Json& rounds = content_->json.at("rounds");
+  if (static_cast<std::size_t>(round) >= rounds.size()) return false;
+  const Json& j = rounds.at(static_cast<std::size_t>(round));
+  for (const Json& c : j.at("candidates")) candidates.push_back(candidate_from(c));
+  if (!j.contains("finding")) return true;
+  finding = finding_from(j.at("finding"));
+  const EffectSpec spec{finding->effect, finding->place, {}, finding->recordings, "checkpoint"};
+  model = extended(model, experiment, spec, model.fit.point, {});
+  model.weights = numbers(j.at("weights"));
+  evaluate_at(model, numbers(j.at("point")), experiment, options);
+  return true;
+}
+
+void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::optional<Finding>& finding,
+                                      const std::vector<Candidate>& candidates) {
+  Json j = {{"candidates", Json::array()}};
+  for (const Candidate& c : candidates) j["candidates"].push_back(to_json(c));
+  if (finding) {
+    j["finding"] = to_json(*finding);
+    j["weights"] = exact(model.weights);
+    j["point"] = exact(model.fit.point);
+  }
+  content_->json["rounds"].push_back(std::move(j));
+  if (!file_.empty()) write_file_atomically(file_, content_->json.dump());
+}
+
+void DiagnosisCheckpoint::remove(const std::filesystem::path& file) {
+  remove_checkpoint(file);
+  std::filesystem::path search = file;
+  remove_checkpoint(search.replace_extension(".search.json"));
+}
+
+}  // namespace lacuna

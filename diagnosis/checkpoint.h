@@ -1,0 +1,43 @@
+// A diagnosis on disk after each step, so that a killed run goes on where it was, to the same result.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/screen.h"
+
+namespace lacuna {
+
+/// Steps are stored in order and restored in order. Without a file nothing is stored and nothing restored.
+/// A file of another problem (scenario, data, options) is refused with an InputError.
+class DiagnosisCheckpoint {
+ public:
+  DiagnosisCheckpoint(std::filesystem::path file, std::string problem);
+  ~DiagnosisCheckpoint();
+
+  /// Path for a search's own checkpoint beside this one; empty without a file.
+  std::filesystem::path part(const std::string& name) const;
+
+  /// The plain model's fit is evaluated anew at the stored point: same point, same bits.
+  bool restore_baseline(const Experiment& experiment, const SimulatorOptions& options, CurrentModel& model,
+                        FitResult& fit) const;
+  void store_baseline(const CurrentModel& model, const FitResult& fit);
+
+  bool restore_round(int round, const Experiment& experiment, const SimulatorOptions& options, CurrentModel& model,
+                     std::optional<Finding>& finding, std::vector<Candidate>& candidates) const;
+  void store_round(const CurrentModel& model, const std::optional<Finding>& finding,
+                   const std::vector<Candidate>& candidates);
+
+  /// For the caller, once the result is safe: removes this file and its parts.
+  static void remove(const std::filesystem::path& file);
+
+ private:
+  struct Content;
+  std::filesystem::path file_;
+  std::unique_ptr<Content> content_;
+};
+
+}  // namespace lacuna

@@ -1,0 +1,264 @@
+#include "diagnosis/decide.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnosis/baseline.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kChance = 0.01;
+constexpr double kStandardErrors = 2.0;
+constexpr double kLeastShare = 0.01;
+constexpr std::size_t kShortlist = 4;
+constexpr double kClassLoss = 3.0;       ///< evidence within this of the winner's: not separated (odds 20 to 1)
+constexpr int kRefitIterations = 12;
+
+/// A candidate with its model, re-identified, and both residuals.
+struct Tried {
+  ScreenedEffect effect;
+  CurrentModel model;
+  Gain train;
+  HeldoutGain heldout;
+  double p_value = 1.0;
+  bool refitted = false;
+
+  double evidence() const {
+    return train.log_likelihood + heldout.gain -
+           0.5 * effect.parameters * std::log(std::max(2.0, train.effective));
+  }
+  bool physical() const {
+    for (const double x : effect.own) {
+      if (!std::isfinite(x)) return false;
+    }
+    return true;
+  }
+};
+
+class Judge {
+ public:
+  Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries)
+      : current_(current), experiment_(experiment), options_(options), tries_(tries),
+        train_(experiment.with_role(Role::train)), validate_(experiment.with_role(Role::validate)),
+        plain_(current.model, experiment, current.space, options.simulator, current.weights) {
+    before_validate_ = plain_.residual(current.fit.point, validate_);
+  }
+
+  Tried weigh(ScreenedEffect effect) {
+    Tried out{std::move(effect), current_, {}, {}, 1.0, false};
+    set_recordings(out);
+    out.model = extended(current_, experiment_, out.effect.spec, out.effect.point, out.effect.own);
+    out.train = residual_gain(current_.fit.residual, out.effect.residual, plain_.layout(train_));
+    judge_heldout(out);
+    return out;
+  }
+
+  /// Least squares to the end, same weights, so that energies compare.
+  void refit(Tried& tried) {
+    Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
+    LeastSquaresOptions finish;
+    finish.iterations = kRefitIterations;
+    finish.control = options_.control;
+    tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
+    const std::size_t base = current_.space.size();
+    tried.effect.point.assign(tried.model.fit.point.begin(), tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
+    tried.effect.own.assign(tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), tried.model.fit.point.end());
+    tried.effect.residual = tried.model.fit.residual;
+    tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
+    judge_heldout(tried);
+    tried.refitted = true;
+  }
+
+  std::string objection(const Tried& tried) const {
+    if (!tried.physical()) return "a parameter is not finite";
+    if (tried.p_value > kChance) return fmt::format("chance on the train recordings {:.2g}", tried.p_value);
+    if (validate_.empty()) return "no validate recording to prove it on";
+    if (tried.heldout.gain < kStandardErrors * tried.heldout.error || tried.heldout.p_value > kChance) {
+      return fmt::format("held-out gain {:.1f} +- {:.1f}", tried.heldout.gain, tried.heldout.error);
+    }
+    if (tried.heldout.share < kLeastShare) return fmt::format("removes {:.2g} of the held-out energy", tried.heldout.share);
+    return "";
+  }
+
+ private:
+  /// An effect that is on in some recordings only: which of the validate and test recordings have it is read off
+  /// their first second, as their start state is.
+  void set_recordings(Tried& tried) {
+    EffectSpec& spec = tried.effect.spec;
+    if (spec.recordings.empty()) return;
+    EffectSpec everywhere = spec;
+    everywhere.recordings.clear();
+    const CurrentModel all = extended(current_, experiment_, everywhere, tried.effect.point, tried.effect.own);
+    const std::vector<double> values = all.space.expand(all.fit.point);
+    for (const std::string& file :
+         recordings_with_effect(all.model, all.model.effects().back(), values, experiment_, options_.simulator,
+                                current_.weights, {Role::validate, Role::test})) {
+      if (std::find(spec.recordings.begin(), spec.recordings.end(), file) == spec.recordings.end()) {
+        spec.recordings.push_back(file);
+      }
+    }
+  }
+
+  void judge_heldout(Tried& tried) {
+    tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tries_);
+    if (validate_.empty()) return;
+    Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
+    const Eigen::VectorXd after = problem.residual(tried.model.fit.point, validate_);
+    tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_));
+  }
+
+  const CurrentModel& current_;
+  const Experiment& experiment_;
+  const DecideOptions& options_;
+  int tries_;
+  std::vector<int> train_, validate_;
+  Problem plain_;
+  Eigen::VectorXd before_validate_;
+};
+
+void sort_by_evidence(std::vector<Tried>& tried) {
+  std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence() > b.evidence(); });
+}
+
+/// Shares of exp(evidence), chance (evidence 0, prior weight that of all candidates together) included.
+std::vector<double> probabilities(const std::vector<Tried>& tried) {
+  const double most = std::max(0.0, tried.empty() ? 0.0 : tried.front().evidence());
+  double total = static_cast<double>(tried.size()) * std::exp(-most);
+  std::vector<double> out;
+  for (const Tried& t : tried) {
+    out.push_back(std::exp(std::max(t.evidence() - most, -700.0)));
+    total += out.back();
+  }
+  for (double& p : out) p /= total;
+  return out;
+}
+
+Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::uint64_t seed) {
+  const Tried& best = tried[winner];
+  const std::vector<double> probability = probabilities(tried);
+  Finding out;
+  out.effect = best.effect.spec.effect;
+  out.place = best.effect.spec.place;
+  out.recordings = best.effect.spec.recordings;
+  out.probability = probability[winner];
+  out.p_value = best.p_value;
+  out.heldout_gain = best.heldout.gain;
+  out.heldout_error = best.heldout.error;
+  out.heldout_share = best.heldout.share;
+  out.members.push_back(out.effect);
+  out.stability = 1.0;
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    const EffectSpec& spec = tried[k].effect.spec;
+    const bool same = spec.effect == out.effect && spec.place == out.place;
+    if (k == winner) continue;
+    if (same) {  // the same effect in other recordings: one hypothesis with the winner
+      out.probability += probability[k];
+      continue;
+    }
+    if (out.rivals.size() < 5) out.rivals.push_back({spec.effect, spec.place, probability[k]});
+    if (spec.place == out.place && best.evidence() - tried[k].evidence() < kClassLoss) out.members.push_back(spec.effect);
+    if (out.rivals.size() == 1) out.stability = stability(best.heldout.blocks, tried[k].heldout.blocks, seed);
+  }
+  return out;
+}
+
+Candidate candidate_record(const Tried& tried, const std::string& note) {
+  return {tried.effect.spec.effect, tried.effect.spec.place,  tried.train.log_likelihood, tried.heldout.gain,
+          tried.heldout.error,      tried.heldout.share,      tried.p_value,              tried.effect.parameters,
+          note};
+}
+
+}  // namespace
+
+Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
+                const DecideOptions& options) {
+  Judge judge(current, experiment, options, static_cast<int>(screened.size()));
+  std::vector<Tried> tried;
+  for (ScreenedEffect& effect : screened) tried.push_back(judge.weigh(std::move(effect)));
+  sort_by_evidence(tried);
+  for (std::size_t k = 0; k < std::min(kShortlist, tried.size()); ++k) {
+    if (tried[k].p_value < kChance) judge.refit(tried[k]);
+  }
+  sort_by_evidence(tried);
+  Decision out{{}, std::nullopt, current};
+  std::optional<std::size_t> winner;
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    std::string note = judge.objection(tried[k]);
+    if (note.empty() && !winner) {
+      if (!tried[k].refitted) judge.refit(tried[k]), note = judge.objection(tried[k]);
+      if (note.empty()) winner = k, note = "kept";
+    } else if (note.empty()) {
+      note = "less evidence";
+    }
+    out.candidates.push_back(candidate_record(tried[k], note));
+  }
+  if (!winner) return out;
+  out.finding = make_finding(tried, *winner, options.seed);
+  out.model = tried[*winner].model;
+  refine(out.model, experiment, options.simulator, options.control, kRefitIterations);
+  return out;
+}
+
+void describe_evidence(Finding& finding, const CurrentModel& before, const CurrentModel& after,
+                       const Experiment& experiment, const SimulatorOptions& options) {
+  const std::vector<int> validate = experiment.with_role(Role::validate);
+  if (validate.empty() || std::holds_alternative<InverseDynamics>(experiment.prediction)) return;
+  Problem a(before.model, experiment, before.space, options, before.weights);
+  Problem b(after.model, experiment, after.space, options, before.weights);
+  const Eigen::VectorXd r0 = a.residual(before.fit.point, validate), r1 = b.residual(after.fit.point, validate);
+  const auto joint = std::find(experiment.joint_names.begin(), experiment.joint_names.end(), finding.place) -
+                     experiment.joint_names.begin();
+  struct Second {
+    std::string file;
+    double begin, removed;
+  };
+  std::map<std::pair<std::string, long>, double> seconds;
+  double removed_total = 0.0, removed_slow = 0.0, removed_small = 0.0, removed_large = 0.0;
+  double time_all = 0.0, time_slow = 0.0, time_small = 0.0, time_large = 0.0;
+  for (const ResidualBlock& block : a.layout(validate)) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const std::size_t j = static_cast<std::size_t>(experiment.channels[static_cast<std::size_t>(block.channel)].joint);
+    if (joint < static_cast<std::ptrdiff_t>(experiment.joint_names.size()) && static_cast<std::ptrdiff_t>(j) != joint) continue;
+    const auto& column = segment.measured[static_cast<std::size_t>(block.channel)];
+    Eigen::Index row = block.first;
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      if (!std::isfinite(column[k])) continue;
+      const double removed = r0(row) * r0(row) - r1(row) * r1(row);
+      ++row;
+      const double t = segment.time(k);
+      seconds[{segment.file, static_cast<long>(t)}] += removed;
+      removed_total += removed, time_all += 1.0;
+      const std::size_t near = std::min(k + 5, column.size() - 1), far = k >= 5 ? k - 5 : 0;
+      const double speed = near > far ? (column[near] - column[far]) / (segment.time(near) - segment.time(far)) : 0.0;
+      const double u = segment.commands->value[j][segment.first + k];
+      if (std::fabs(speed) < 0.25 * experiment.speed_rms[j]) removed_slow += removed, time_slow += 1.0;
+      if (std::fabs(u) < 0.25 * experiment.command_rms[j]) removed_small += removed, time_small += 1.0;
+      if (std::fabs(u) > 1.5 * experiment.command_rms[j]) removed_large += removed, time_large += 1.0;
+    }
+  }
+  std::vector<std::pair<double, std::pair<std::string, long>>> order;
+  for (const auto& [key, removed] : seconds) order.push_back({removed, key});
+  std::sort(order.begin(), order.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, order.size()); ++k) {
+    if (order[k].first <= 0.0) break;
+    const double begin = static_cast<double>(order[k].second.second);
+    finding.times.push_back({order[k].second.first, begin, begin + 1.0});
+  }
+  auto region = [&](const char* words, double removed, double time) {
+    if (!(removed_total > 0.0) || !(time > 0.0)) return;
+    const double share = removed / removed_total, usual = time / time_all;
+    if (share > 1.3 * usual && share > 0.1) {
+      finding.regions.push_back(fmt::format("{} {}: {:.0f} % of what it removes in {:.0f} % of the samples", finding.place,
+                                            words, 100.0 * share, 100.0 * usual));
+    }
+  };
+  region("near standstill", removed_slow, time_slow);
+  region("at small commands", removed_small, time_small);
+  region("at large commands", removed_large, time_large);
+}
+
+}  // namespace lacuna

@@ -1,0 +1,40 @@
+// Steps 3 and 4: which screened effect, if any, is better than chance on recordings that were not fitted.
+//
+// An effect is kept only if all of these hold:
+//  - the train gain's chance under no effect, times everything that was tried (Bonferroni), is under 1 in 100;
+//  - the validate recordings gain more than two standard errors over blocks, at a one-sided chance under 1 in 100;
+//  - it removes at least 1 % of the validate recordings' residual energy (or of what stands above the noise).
+// Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
+// of the effective samples (Schwarz). Probabilities are shares of exp(evidence) among all that were tried and chance.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/screen.h"
+
+namespace lacuna {
+
+struct DecideOptions {
+  SimulatorOptions simulator;
+  RunControl control;
+  std::uint64_t seed = 1;
+};
+
+struct Decision {
+  std::vector<Candidate> candidates;         ///< everything tried, most evidence first
+  std::optional<Finding> finding;            ///< the one kept
+  CurrentModel model;                        ///< with it, refitted; the present one if none was kept
+};
+
+Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
+                const DecideOptions& options);
+
+/// Where in time and state an effect removes residual on the validate recordings.
+void describe_evidence(Finding& finding, const CurrentModel& before, const CurrentModel& after,
+                       const Experiment& experiment, const SimulatorOptions& options);
+
+}  // namespace lacuna

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "backends/engine.h"
+#include "diagnosis/baseline.h"
+#include "diagnosis/checkpoint.h"
+#include "diagnosis/decide.h"
+#include "diagnosis/verify.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+/// Findings' own estimates, taken out of the fit's under their short names.
+void attach_parameters(Diagnosis& out) {
+  for (Finding& finding : out.findings) {
+    const std::string prefix = finding.place + "." + finding.effect + ".";
+    finding.parameters.clear();
+    for (const Estimate& estimate : out.after.estimates) {
+      if (estimate.name.rfind(prefix, 0) != 0) continue;
+      finding.parameters.push_back(estimate);
+      finding.parameters.back().name = estimate.name.substr(prefix.size());
+    }
+  }
+}
+
+/// Which joints' residual is still beyond the noise on recordings that were not fitted, and how much of it.
+void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
+                const SimulatorOptions& options) {
+  std::vector<int> unseen = experiment.with_role(Role::validate);
+  if (unseen.empty()) unseen = experiment.with_role(Role::train);
+  Problem a(before.model, experiment, before.space, options, before.weights);
+  Problem b(after.model, experiment, after.space, options, before.weights);
+  const Eigen::VectorXd r0 = a.residual(before.fit.point, unseen), r1 = b.residual(after.fit.point, unseen);
+  const auto blocks = a.layout(unseen);
+  std::vector<double> noise = noise_levels(before.model, experiment);
+  double floor = 0.0;
+  for (std::size_t c = 0; c < noise.size(); ++c) {
+    noise[c] /= before.weights[c];
+    for (const ResidualBlock& block : blocks) {
+      if (block.channel == static_cast<int>(c) && noise[c] > 0.0) floor += noise[c] * noise[c] * static_cast<double>(block.count);
+    }
+  }
+  const std::vector<Channel> channels = predicted_channels(before.model, experiment);
+  for (const ExcessNoise& excess : excess_over_noise(r1, blocks, noise)) {
+    const Channel& channel = channels[static_cast<std::size_t>(excess.channel)];
+    out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
+  }
+  // Without a known noise level (inverse dynamics) a rest shows by its colour alone: white would be nothing left.
+  const bool noise_known = std::any_of(noise.begin(), noise.end(), [](double x) { return x > 0.0; });
+  if (!noise_known && effective_samples(r1, blocks) < 0.2 * static_cast<double>(r1.size())) {
+    for (const Channel& channel : channels) out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
+    out.unexplained.regions.push_back("the rest is not white; its noise level is unknown");
+  }
+  const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
+  out.unexplained.share = rest / energy;
+  out.unexplained.present = !out.unexplained.where.empty();
+  const double removed = r0.squaredNorm() - r1.squaredNorm();
+  const bool mostly_unknown = out.unexplained.present && noise_known && rest > removed;
+  out.verdict = out.findings.empty() ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
+                : mostly_unknown     ? Verdict::unknown_physics
+                                     : Verdict::missing_physics;
+}
+
+void note_missing(const Scenario& scenario, Diagnosis& out) {
+  out.notes = scenario.notes;
+  if (out.before.step.error_over_noise >= 0.1) {
+    out.notes.push_back("integration error is " + std::to_string(out.before.step.error_over_noise) +
+                        " of the noise at the finest step tried: small effects cannot be told from it");
+  }
+}
+
+}  // namespace
+
+const char* to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::consistent: return "consistent";
+    case Verdict::missing_physics: return "missing_physics";
+    default: return "unknown_physics";
+  }
+}
+
+Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const RunControl& control = options.identify.control;
+  auto report = [&](const std::string& stage, double done) {
+    if (control.progress) control.progress({stage, done, 0.0, 0});
+  };
+  Diagnosis out;
+  out.scenario = scenario.name;
+  out.engine = options.identify.simulator.engine;
+  out.seed = options.identify.genetic.seed;
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  const SearchSpace space(model, scenario);
+  DiagnosisCheckpoint saved(control.checkpoint, control.problem);
+
+  report("plain model", 0.02);
+  IdentifyOptions identify_options = options.identify;
+  identify_options.control.checkpoint = saved.part("search");
+  identify_options.control.progress = [&](const Progress& p) { report("plain model: " + p.stage, 0.02 + 0.3 * p.done); };
+  CurrentModel before{model, space, {}, {}};
+  if (!saved.restore_baseline(experiment, options.identify.simulator, before, out.before)) {
+    before = identify_plain(model, experiment, space, identify_options, out.before);
+    saved.store_baseline(before, out.before);
+  }
+  SimulatorOptions simulator = options.identify.simulator;
+  simulator.max_step = out.before.step.step;
+  record_fit(before, experiment, simulator, out.before);
+
+  CurrentModel current = before;
+  DecideOptions decide_options{simulator, control, out.seed};
+  decide_options.control.progress = nullptr;
+  for (int round = 0; round < options.most_effects; ++round) {
+    const double share = 0.35 + 0.55 * round / options.most_effects, width = 0.55 / options.most_effects;
+    CurrentModel next = current;
+    std::optional<Finding> finding;
+    std::vector<Candidate> candidates;
+    if (!saved.restore_round(round, experiment, simulator, next, finding, candidates)) {
+      ScreenOptions screen{simulator, 5, [&](double d) { report("every effect at every place", share + width * 0.5 * d); }};
+      std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
+      report("weighing on held-out recordings", share + width * 0.5);
+      Decision decision = decide(current, experiment, std::move(screened), decide_options);
+      finding = std::move(decision.finding);
+      candidates = std::move(decision.candidates);
+      next = std::move(decision.model);
+      if (finding) describe_evidence(*finding, current, next, experiment, simulator);
+      saved.store_round(next, finding, candidates);
+    }
+    out.rounds.push_back(std::move(candidates));
+    if (!finding) break;
+    out.findings.push_back(std::move(*finding));
+    current = std::move(next);
+  }
+
+  report("verifying", 0.92);
+  out.after = out.before;
+  if (!out.findings.empty()) record_fit(current, experiment, simulator, out.after);
+  attach_parameters(out);
+  judge_rest(out, before, current, experiment, simulator);
+  const std::vector<double> noise = noise_levels(model, experiment);
+  const std::vector<Channel> channels = predicted_channels(model, experiment);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (noise[c] > 0.0) out.noise.emplace_back(experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], noise[c]);
+  }
+  verify(out, before, current, experiment, simulator, options.other_engines);
+  note_missing(scenario, out);
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return out;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,138 @@
+#include "diagnosis/evidence.h"
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <map>
+
+#include "ga/least_squares.h"
+#include "ga/random.h"
+
+namespace lacuna {
+namespace {
+
+constexpr int kFewestBlocks = 20;
+constexpr double kFamilyError = 1e-3;   ///< chance of any joint flagged on well-specified data
+constexpr double kNegligible = 0.05;    ///< excess variance under this share of the noise's is not mentioned
+constexpr int kResamples = 400;
+
+}  // namespace
+
+Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                   std::span<const ResidualBlock> blocks) {
+  Gain out;
+  std::map<int, std::vector<ResidualBlock>> channels;
+  for (const ResidualBlock& block : blocks) channels[block.channel].push_back(block);
+  double energy_before = 0.0, energy_after = 0.0;
+  for (const auto& [channel, members] : channels) {
+    double a = 0.0, b = 0.0;
+    for (const ResidualBlock& block : members) {
+      a += before.segment(block.first, block.count).squaredNorm();
+      b += after.segment(block.first, block.count).squaredNorm();
+    }
+    if (!(a > 0.0) || !(b > 0.0)) continue;
+    const double n = effective_samples(after, members);
+    out.log_likelihood += 0.5 * n * std::log(a / b);
+    out.effective += n;
+    energy_before += a;
+    energy_after += b;
+  }
+  out.share = energy_before > 0.0 ? 1.0 - energy_after / energy_before : 0.0;
+  return out;
+}
+
+HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                         std::span<const ResidualBlock> blocks) {
+  HeldoutGain out;
+  if (blocks.empty() || !after.allFinite()) return out;
+  // Each channel in units of its own residual level after, so that a joint far above its noise does not drown the rest.
+  std::map<int, std::pair<double, double>> level;
+  for (const ResidualBlock& block : blocks) {
+    level[block.channel].first += after.segment(block.first, block.count).squaredNorm();
+    level[block.channel].second += static_cast<double>(block.count);
+  }
+  std::map<int, Eigen::Index> samples;  // per segment
+  Eigen::Index total = 0;
+  for (const ResidualBlock& block : blocks) {
+    if (samples.emplace(block.segment, block.count).second) total += block.count;
+  }
+  const Eigen::Index length = std::max<Eigen::Index>(1, std::min<Eigen::Index>(100, total / kFewestBlocks));
+  std::map<std::pair<int, Eigen::Index>, double> sums;
+  double energy_before = 0.0, energy_after = 0.0;
+  for (const ResidualBlock& block : blocks) {
+    const auto& [energy, count] = level[block.channel];
+    const double scale = energy > 0.0 ? count / energy : 0.0;
+    for (Eigen::Index i = 0; i < block.count; ++i) {
+      const double a = before(block.first + i), b = after(block.first + i);
+      sums[{block.segment, i / length}] += 0.5 * scale * (a * a - b * b);
+      energy_before += a * a;
+      energy_after += b * b;
+    }
+  }
+  for (const auto& [key, sum] : sums) out.blocks.push_back(sum), out.gain += sum;
+  const double n = static_cast<double>(out.blocks.size());
+  double squares = 0.0;
+  for (const double d : out.blocks) squares += (d - out.gain / n) * (d - out.gain / n);
+  out.error = n > 1.0 ? std::sqrt(n * squares / (n - 1.0)) : HUGE_VAL;
+  out.share = energy_before > 0.0 ? 1.0 - energy_after / energy_before : 0.0;
+  if (n > 2.0 && out.error > 0.0) {
+    const boost::math::students_t student(n - 1.0);
+    out.p_value = boost::math::cdf(boost::math::complement(student, out.gain / out.error));
+  }
+  return out;
+}
+
+double chance(double gain, int parameters, int tries) {
+  if (!(gain > 0.0)) return 1.0;
+  const boost::math::chi_squared law(parameters);
+  return std::min(1.0, tries * boost::math::cdf(boost::math::complement(law, std::min(2.0 * gain, 1e8))));
+}
+
+double stability(std::span<const double> first, std::span<const double> second, std::uint64_t seed) {
+  if (first.empty() || first.size() != second.size()) return 0.0;
+  int wins = 0;
+  for (int k = 0; k < kResamples; ++k) {
+    RandomStream random(seed, static_cast<std::uint32_t>(k), 0);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      const std::size_t pick = static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(first.size())));
+      sum += first[pick] - second[pick];
+    }
+    wins += sum > 0.0;
+  }
+  return static_cast<double>(wins) / kResamples;
+}
+
+std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
+                                           std::span<const double> noise_over_weight) {
+  std::vector<ExcessNoise> all;
+  for (std::size_t c = 0; c < noise_over_weight.size(); ++c) {
+    std::vector<ResidualBlock> members;
+    double sum = 0.0, count = 0.0;
+    for (const ResidualBlock& block : blocks) {
+      if (block.channel != static_cast<int>(c)) continue;
+      members.push_back(block);
+      sum += residual.segment(block.first, block.count).squaredNorm();
+      count += static_cast<double>(block.count);
+    }
+    const double noise = noise_over_weight[c];
+    if (!(noise > 0.0) || count < 1.0) continue;
+    const double n = effective_samples(residual, members), ratio = sum / (count * noise * noise);
+    // Chi-square over n samples: the cube-root normal approximation (Wilson and Hilferty) holds for any n.
+    const double z = (std::cbrt(ratio) - (1.0 - 2.0 / (9.0 * n))) / std::sqrt(2.0 / (9.0 * n));
+    const double p = boost::math::cdf(boost::math::complement(boost::math::normal(), std::min(z, 35.0)));
+    all.push_back({static_cast<int>(c), std::sqrt(ratio), p});
+  }
+  std::sort(all.begin(), all.end(), [](const ExcessNoise& a, const ExcessNoise& b) { return a.p_value < b.p_value; });
+  std::vector<ExcessNoise> out;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    all[k].p_value = std::min(1.0, all[k].p_value * static_cast<double>(all.size() - k));
+    if (all[k].p_value > kFamilyError) break;
+    if (all[k].ratio * all[k].ratio > 1.0 + kNegligible) out.push_back(all[k]);
+  }
+  return out;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,47 @@
+// How strong a change of the residual is: gains in log-likelihood, their errors, and chances under no effect.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "ga/problem.h"
+
+namespace lacuna {
+
+/// Two residuals of the same samples, before and after an effect was added.
+struct Gain {
+  double log_likelihood = 0.0;   ///< sum over channels of (n_eff / 2) log(energy before / energy after), each channel's
+                                 ///< noise level profiled out; n_eff of the residual after
+  double effective = 0.0;        ///< samples, all channels
+  double share = 0.0;            ///< of the whitened energy removed
+};
+Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks);
+
+/// The gain on held-out recordings block by block (about one second each, at least 20 blocks): its sum, the standard
+/// error of the sum over blocks, and the one-sided chance of such a sum without any effect (Student, over the blocks).
+struct HeldoutGain {
+  double gain = 0.0, error = 0.0, p_value = 1.0, share = 0.0;
+  std::vector<double> blocks;
+};
+HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                         std::span<const ResidualBlock> blocks);
+
+/// Chance that an effect with `parameters` free numbers gains this much log-likelihood where there is none
+/// (Wilks: twice the gain is chi-square), times `tries` (Bonferroni).
+double chance(double gain, int parameters, int tries);
+
+/// Share of block resamples in which the first one's held-out sum exceeds the second's.
+double stability(std::span<const double> first, std::span<const double> second, std::uint64_t seed);
+
+/// Joints whose residual exceeds the noise beyond chance: variance against noise with the effective sample size,
+/// Holm over the channels at 1 in 1000; and by a weight worth mentioning (`kNegligible` of the noise's energy).
+struct ExcessNoise {
+  int channel = 0;
+  double ratio = 1.0;            ///< rms over noise
+  double p_value = 1.0;          ///< after Holm
+};
+std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
+                                           std::span<const double> noise_over_weight);
+
+}  // namespace lacuna

@@ -1,0 +1,394 @@
+#include "diagnosis/screen.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace lacuna {
+namespace {
+
+/// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay finite.
+constexpr double kWidest = 1e3;
+constexpr double kShortestTime = 0.5;   ///< s, longest delay searched
+/// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
+constexpr double kOwnDifference = 1e-2;
+constexpr double kDamping = 1e-6;       ///< of Gauss-Newton, relative to the normal matrix' diagonal
+
+/// One start of one effect at one place on its way.
+struct Chain {
+  int component = 0;                    ///< in the effect's model
+  std::vector<Axis> axes;               ///< the effect's own
+  Eigen::VectorXd x;                    ///< base coordinates, then own
+  Eigen::VectorXd residual;
+  Eigen::MatrixXd own_columns;          ///< sensitivities of the own coordinates at the start
+  std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> updates;  ///< Broyden: J += a b^T
+  Eigen::VectorXd tried;                ///< next x
+  double step_scale = 1.0;
+  bool alive = true;
+};
+
+/// All starts of one effect, in a model that holds it at every place at its neutral value.
+class EffectScreen {
+ public:
+  EffectScreen(const CurrentModel& current, const Experiment& experiment, const ScreenOptions& options,
+               std::vector<EffectSpec> specs, std::vector<int> train)
+      : current_(current), experiment_(experiment), options_(options), specs_(std::move(specs)), train_(std::move(train)),
+        model_(current.model.with_effects(specs_)), problem_(model_, experiment, current.space, options.simulator, current.weights),
+        base_(static_cast<Eigen::Index>(current.space.size())) {
+    const std::size_t first = model_.effects().size() - specs_.size();
+    for (std::size_t k = 0; k < specs_.size(); ++k) add_starts(static_cast<int>(first + k));
+  }
+
+  std::vector<ScreenedEffect> run() {
+    begin();
+    for (int step = 0; step < options_.steps; ++step) {
+      propose();
+      judge();
+    }
+    std::vector<ScreenedEffect> out;
+    for (std::size_t k = 0; k < specs_.size(); ++k) out.push_back(best_of(k));
+    return out;
+  }
+
+ private:
+  void add_starts(int component) {
+    const Component& c = model_.effects()[static_cast<std::size_t>(component)];
+    const std::vector<Axis> axes = effect_axes(model_, experiment_, c);
+    // Every combination of the parameters' starting sizes.
+    std::vector<std::vector<double>> starts{{}};
+    for (std::size_t p = 0; p < axes.size(); ++p) {
+      const ParameterInfo& info = *model_.parameters()[static_cast<std::size_t>(axes[p].parameter)].info;
+      const double size = typical_size(info.scale, model_, experiment_, c.joint, model_.values());
+      std::vector<std::vector<double>> grown;
+      for (const auto& start : starts) {
+        for (const double factor : info.starts) {
+          grown.push_back(start);
+          const double value = factor * size;
+          grown.back().push_back(info.coordinate == Coordinate::inverse ? 1.0 / value : value);
+        }
+      }
+      starts = std::move(grown);
+    }
+    for (const auto& start : starts) {
+      Chain chain;
+      chain.component = component;
+      chain.axes = axes;
+      chain.x.resize(base_ + static_cast<Eigen::Index>(axes.size()));
+      for (Eigen::Index a = 0; a < base_; ++a) chain.x(a) = current_.fit.point[static_cast<std::size_t>(a)];
+      for (std::size_t p = 0; p < axes.size(); ++p) {
+        chain.x(base_ + static_cast<Eigen::Index>(p)) = std::clamp(start[p], axes[p].lower, axes[p].upper);
+      }
+      chains_.push_back(std::move(chain));
+    }
+  }
+
+  std::vector<double> values_at(const Chain& chain, const Eigen::VectorXd& x) const {
+    const std::vector<double> point(x.data(), x.data() + base_);
+    const std::vector<double> plain = current_.space.expand(point);
+    std::vector<double> values = model_.values();
+    std::copy(plain.begin(), plain.end(), values.begin());
+    for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+      const double own = x(base_ + static_cast<Eigen::Index>(p));
+      values[static_cast<std::size_t>(chain.axes[p].parameter)] =
+          chain.axes[p].coordinate == Coordinate::inverse ? 1.0 / own : own;
+    }
+    return values;
+  }
+
+  /// Residuals at every start, and the effect's own sensitivities there.
+  void begin() {
+    std::vector<std::vector<double>> values;
+    std::vector<Eigen::VectorXd> points;
+    for (const Chain& chain : chains_) {
+      points.push_back(chain.x);
+      values.push_back(values_at(chain, chain.x));
+      for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+        Eigen::VectorXd moved = chain.x;
+        double& own = moved(base_ + static_cast<Eigen::Index>(p));
+        const double step = kOwnDifference * std::max(std::fabs(own), 1e-9);
+        own += own + step <= chain.axes[p].upper ? step : -step;
+        points.push_back(moved);
+        values.push_back(values_at(chain, moved));
+      }
+    }
+    const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
+    std::size_t k = 0;
+    for (Chain& chain : chains_) {
+      const std::size_t at = k++;
+      chain.residual = residuals[at];
+      chain.alive = chain.residual.allFinite();
+      chain.own_columns.resize(chain.residual.size(), static_cast<Eigen::Index>(chain.axes.size()));
+      for (std::size_t p = 0; p < chain.axes.size(); ++p, ++k) {
+        const Eigen::Index own = base_ + static_cast<Eigen::Index>(p);
+        const Eigen::Index column = static_cast<Eigen::Index>(p);
+        chain.own_columns.col(column) = (residuals[k] - chain.residual) / (points[k](own) - chain.x(own));
+        chain.alive = chain.alive && chain.own_columns.col(column).allFinite();
+      }
+    }
+  }
+
+  Eigen::MatrixXd sensitivities(const Chain& chain) const {
+    Eigen::MatrixXd J(chain.residual.size(), chain.x.size());
+    J.leftCols(base_) = current_.fit.jacobian;
+    J.rightCols(chain.own_columns.cols()) = chain.own_columns;
+    for (const auto& [a, b] : chain.updates) J.noalias() += a * b.transpose();
+    return J;
+  }
+
+  void bounds(const Chain& chain, Eigen::Index i, double& lower, double& upper) const {
+    const Axis& axis = i < base_ ? current_.space.axes()[static_cast<std::size_t>(i)]
+                                 : chain.axes[static_cast<std::size_t>(i - base_)];
+    lower = axis.lower, upper = axis.upper;
+  }
+
+  /// Damped Gauss-Newton step of one chain, cut at the bounds.
+  void propose_step(Chain& chain) const {
+    const Eigen::MatrixXd J = sensitivities(chain);
+    Eigen::MatrixXd normal = J.transpose() * J;
+    const Eigen::VectorXd diagonal = normal.diagonal();
+    const double floor = 1e-12 * std::max(diagonal.maxCoeff(), 1e-300);
+    for (Eigen::Index i = 0; i < diagonal.size(); ++i) normal(i, i) += kDamping * diagonal(i) + floor;
+    const Eigen::VectorXd step = normal.ldlt().solve(-(J.transpose() * chain.residual).eval());
+    chain.tried = chain.x;
+    if (!step.allFinite()) return;
+    for (Eigen::Index i = 0; i < step.size(); ++i) {
+      double lower, upper;
+      bounds(chain, i, lower, upper);
+      chain.tried(i) = std::clamp(chain.x(i) + chain.step_scale * step(i), lower, upper);
+    }
+  }
+
+  void propose() {
+    parallel_for(options_.simulator.threads, static_cast<int>(chains_.size()), [&](int, int k) {
+      Chain& chain = chains_[static_cast<std::size_t>(k)];
+      if (chain.alive) propose_step(chain);
+    }, options_.simulator.stop);
+  }
+
+  /// Simulates the proposals, keeps the better ones, and brings the sensitivities up to date.
+  void judge() {
+    std::vector<std::vector<double>> values;
+    std::vector<Chain*> moved;
+    for (Chain& chain : chains_) {
+      if (!chain.alive) continue;
+      moved.push_back(&chain);
+      values.push_back(values_at(chain, chain.tried));
+    }
+    if (moved.empty()) return;
+    const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+      Chain& chain = *moved[k];
+      const Eigen::VectorXd step = chain.tried - chain.x;
+      if (!residuals[k].allFinite() || step.norm() == 0.0) {
+        chain.step_scale *= 0.25;
+        continue;
+      }
+      // Scaled so that a coordinate's unit does not decide which sensitivity is blamed.
+      const Eigen::VectorXd size = chain.x.cwiseAbs().cwiseMax(1e-9);
+      const Eigen::VectorXd b = step.cwiseQuotient(size.cwiseAbs2());
+      Eigen::VectorXd predicted = chain.residual + current_.fit.jacobian * step.head(base_) +
+                                  chain.own_columns * step.tail(chain.own_columns.cols());
+      for (const auto& [u, w] : chain.updates) predicted += u * w.dot(step);
+      chain.updates.emplace_back((residuals[k] - predicted) / step.dot(b), b);
+      if (residuals[k].squaredNorm() < chain.residual.squaredNorm()) {
+        chain.x = chain.tried;
+        chain.residual = residuals[k];
+        chain.step_scale = std::min(1.0, 2.0 * chain.step_scale);
+      } else {
+        chain.step_scale *= 0.5;
+      }
+    }
+  }
+
+  ScreenedEffect best_of(std::size_t place) const {
+    const int component = static_cast<int>(model_.effects().size() - specs_.size() + place);
+    ScreenedEffect out{specs_[place], {}, {}, HUGE_VAL, {}, 0};
+    for (const Chain& chain : chains_) {
+      if (chain.component != component || !chain.alive) continue;
+      const double sum = chain.residual.squaredNorm();
+      if (!(sum < out.sum_of_squares)) continue;
+      out.sum_of_squares = sum;
+      out.residual = chain.residual;
+      out.parameters = static_cast<int>(chain.axes.size());
+      out.point.assign(chain.x.data(), chain.x.data() + base_);
+      out.own.assign(chain.x.data() + base_, chain.x.data() + chain.x.size());
+    }
+    return out;
+  }
+
+  const CurrentModel& current_;
+  const Experiment& experiment_;
+  const ScreenOptions& options_;
+  std::vector<EffectSpec> specs_;
+  std::vector<int> train_;
+  PlantModel model_;
+  Problem problem_;
+  Eigen::Index base_;
+  std::vector<Chain> chains_;
+};
+
+bool moves_under_command(const Experiment& experiment, int joint) {
+  return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
+}
+
+/// Places where the effect can show: driven joints for what acts on the command, all joints with an actuator otherwise.
+std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
+  std::vector<EffectSpec> out;
+  if (info.where == Where::arm) {
+    out.push_back({info.name, "arm", {}, {}, info.name});
+  } else {
+    for (int j = 0; j < current.model.dof(); ++j) {
+      const bool driven = current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 &&
+                          moves_under_command(experiment, j);
+      if (driven) out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
+    }
+  }
+  std::erase_if(out, [&](const EffectSpec& s) { return current.model.find_effect_at(s.effect, s.place) >= 0; });
+  return out;
+}
+
+std::vector<std::string> files_of(const Experiment& experiment, Role role) {
+  std::vector<std::string> out;
+  for (const int s : experiment.with_role(role)) {
+    const std::string& file = experiment.segments[static_cast<std::size_t>(s)].file;
+    if (std::find(out.begin(), out.end(), file) == out.end()) out.push_back(file);
+  }
+  return out;
+}
+
+/// Train recordings in which the effect seems to be on: its size is estimated recording by recording, all parameters
+/// free, to first order; on are those above half of the largest, measured from the smallest (the plain parameters
+/// may have taken up what is common to all).
+std::vector<std::string> likely_recordings(const CurrentModel& current, const Experiment& experiment,
+                                           const ScreenOptions& options, const EffectSpec& spec) {
+  const std::vector<int> train = experiment.with_role(Role::train);
+  const std::vector<std::string> files = files_of(experiment, Role::train);
+  if (files.size() < 2) return {};
+  const PlantModel model = current.model.with_effects({spec});
+  const Component& component = model.effects().back();
+  const Axis axis = effect_axes(model, experiment, component).front();
+  const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
+  const double size = info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
+  Problem problem(model, experiment, current.space, options.simulator, current.weights);
+  std::vector<double> values = model.values();
+  const std::vector<double> plain = current.space.expand(current.fit.point);
+  std::copy(plain.begin(), plain.end(), values.begin());
+  values[static_cast<std::size_t>(axis.parameter)] = size;
+  const std::vector<std::vector<double>> one{values};
+  const Eigen::VectorXd column = (problem.residuals_of(one, train).front() - current.fit.residual) / size;
+  const Eigen::Index base = current.fit.jacobian.cols(), count = static_cast<Eigen::Index>(files.size());
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(column.size(), base + count);
+  J.leftCols(base) = current.fit.jacobian;
+  for (const ResidualBlock& block : problem.layout(train)) {
+    const std::string& file = experiment.segments[static_cast<std::size_t>(block.segment)].file;
+    const auto place = std::find(files.begin(), files.end(), file) - files.begin();
+    J.col(base + place).segment(block.first, block.count) = column.segment(block.first, block.count);
+  }
+  Eigen::MatrixXd normal = J.transpose() * J;
+  normal.diagonal() *= 1.0 + kDamping;
+  const Eigen::VectorXd sizes = normal.ldlt().solve(-(J.transpose() * current.fit.residual).eval()).tail(count);
+  if (!sizes.allFinite()) return {};
+  const double low = sizes.minCoeff(), high = sizes.maxCoeff();
+  std::vector<std::string> on;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    if (sizes(k) > 0.5 * (low + high)) on.push_back(files[static_cast<std::size_t>(k)]);
+  }
+  return on.size() < files.size() ? on : std::vector<std::string>{};
+}
+
+}  // namespace
+
+std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component) {
+  std::vector<Axis> axes;
+  for (int k = 0; k < component.count; ++k) {
+    const int index = component.first + k;
+    const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+    const double size = typical_size(p.info->scale, model, experiment, component.joint, model.values());
+    Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
+    if (axis.coordinate == Coordinate::inverse) {
+      axis.lower = std::isfinite(p.upper) ? 1.0 / p.upper : 0.0;
+      axis.upper = std::min(1.0 / p.lower, kWidest / size);
+      axis.start = 1.0 / p.value;
+    } else if (p.info->scale == Scale::time) {
+      axis.upper = std::min(p.upper, kShortestTime);
+    } else {
+      axis.lower = std::max(p.lower, -kWidest * size);
+      axis.upper = std::min(p.upper, kWidest * size);
+    }
+    axes.push_back(axis);
+  }
+  return axes;
+}
+
+std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
+                                           const ScreenOptions& options) {
+  const std::vector<int> train = experiment.with_role(Role::train);
+  std::vector<ScreenedEffect> out;
+  const auto& table = effect_table();
+  for (std::size_t e = 0; e < table.size(); ++e) {
+    if (options.progress) options.progress(static_cast<double>(e) / static_cast<double>(table.size()));
+    const std::vector<EffectSpec> specs = places_of(table[e], current, experiment);
+    if (specs.empty()) continue;
+    for (ScreenedEffect& found : EffectScreen(current, experiment, options, specs, train).run()) {
+      if (std::isfinite(found.sum_of_squares)) out.push_back(std::move(found));
+    }
+    if (!table[e].per_recording) continue;
+    for (EffectSpec partial : specs) {
+      partial.recordings = likely_recordings(current, experiment, options, partial);
+      if (partial.recordings.empty()) continue;
+      for (ScreenedEffect& found : EffectScreen(current, experiment, options, {partial}, train).run()) {
+        if (std::isfinite(found.sum_of_squares)) out.push_back(std::move(found));
+      }
+    }
+  }
+  return out;
+}
+
+CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
+                      const std::vector<double>& point, const std::vector<double>& own) {
+  CurrentModel out{current.model.with_effects({spec}), current.space, current.weights, {}};
+  const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back());
+  for (const Axis& axis : axes) out.space.add(out.model, axis);
+  out.fit.point = point;
+  for (std::size_t k = 0; k < own.size(); ++k) out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));
+  return out;
+}
+
+std::vector<std::string> recordings_with_effect(const PlantModel& model, const Component& component,
+                                                std::span<const double> values, const Experiment& experiment,
+                                                const SimulatorOptions& options, const std::vector<double>& weights,
+                                                const std::vector<Role>& roles) {
+  constexpr double kLook = 1.0;  // s of a recording's start that decide
+  std::vector<int> first;        // the first segment of every file
+  std::vector<std::string> files;
+  for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
+    const Segment& segment = experiment.segments[s];
+    if (std::find(roles.begin(), roles.end(), segment.role) == roles.end()) continue;
+    if (std::find(files.begin(), files.end(), segment.file) != files.end()) continue;
+    files.push_back(segment.file);
+    first.push_back(static_cast<int>(s));
+  }
+  std::vector<std::vector<double>> both(2, std::vector<double>(values.begin(), values.end()));
+  for (int k = 0; k < component.count; ++k) {
+    const auto i = static_cast<std::size_t>(component.first + k);
+    both[1][i] = model.parameters()[i].neutral;
+  }
+  std::vector<std::array<double, 2>> energy(experiment.segments.size(), {0.0, 0.0});
+  make_simulator(model, experiment, options)->run(both, first, [&](int which, int s, const auto& predicted) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    for (std::size_t c = 0; c < predicted.size() && c < segment.measured.size(); ++c) {
+      for (std::size_t k = 0; k < segment.count && segment.time(k) - segment.time(0) <= kLook; ++k) {
+        const double e = (predicted[c][k] - segment.measured[c][k]) / weights[c];
+        if (std::isfinite(e)) energy[static_cast<std::size_t>(s)][static_cast<std::size_t>(which)] += e * e;
+      }
+    }
+  });
+  std::vector<std::string> on;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    const auto& [with, without] = energy[static_cast<std::size_t>(first[k])];
+    if (with < without) on.push_back(files[k]);
+  }
+  return on;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,59 @@
+// Screening: the current model re-identified with every effect at every place, one at a time.
+//
+// Each candidate starts at the present fit and one of its effect's starting sizes, and takes damped Gauss-Newton steps
+// over all parameters at once, the plain ones and its own. The sensitivities are those of the present fit plus the
+// effect's own, kept up to date by Broyden's rank-one update, so a step costs one simulation a candidate and all
+// candidates of an effect share one population call. Source of the update: C. G. Broyden, Math. Comp. 19 (1965).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ga/least_squares.h"
+#include "physics/catalogue.h"
+
+namespace lacuna {
+
+/// The model under diagnosis as identified so far.
+struct CurrentModel {
+  PlantModel model;
+  SearchSpace space;
+  std::vector<double> weights;          ///< rms per predicted channel
+  LeastSquaresResult fit;               ///< on the train segments
+};
+
+/// An effect at a place, with all parameters re-identified.
+struct ScreenedEffect {
+  EffectSpec spec;                      ///< effect, place, start values, recordings
+  std::vector<double> point;            ///< search point of the current model, re-identified
+  std::vector<double> own;              ///< the effect's own coordinates
+  double sum_of_squares = 0.0;          ///< on the train segments
+  Eigen::VectorXd residual;             ///< on the train segments
+  int parameters = 0;
+};
+
+struct ScreenOptions {
+  SimulatorOptions simulator;           ///< engine, threads, step
+  int steps = 5;
+  std::function<void(double done)> progress;
+};
+
+/// Every effect of the catalogue at every place where it can act and does not stand yet; the best of its starts.
+std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
+                                           const ScreenOptions& options);
+
+/// The current model with one more effect, its parameters as further axes; `own` are their start coordinates.
+CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
+                      const std::vector<double>& point, const std::vector<double>& own);
+
+/// Axes of an effect's own parameters in `model`, where it stands at `component`.
+std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component);
+
+/// Files among `segments`' recordings in which an effect that may act in some only is on: those whose first second
+/// the model predicts better with it than without. `values` include the effect.
+std::vector<std::string> recordings_with_effect(const PlantModel& model, const Component& component,
+                                                std::span<const double> values, const Experiment& experiment,
+                                                const SimulatorOptions& options, const std::vector<double>& weights,
+                                                const std::vector<Role>& roles);
+
+}  // namespace lacuna

@@ -1,0 +1,103 @@
+#include "diagnosis/verify.h"
+
+#include <cmath>
+
+#include "backends/engine.h"
+
+namespace lacuna {
+namespace {
+
+double energy_of(const JointRms& rms, const std::vector<double>& weights) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < rms.size() && c < weights.size(); ++c) {
+    const double ratio = rms[c].second / weights[c];
+    if (std::isfinite(ratio)) sum += ratio * ratio;
+  }
+  return sum;
+}
+
+EngineGain gain_on(const std::string& engine, const CurrentModel& before, const CurrentModel& after,
+                   const Experiment& experiment, SimulatorOptions options) {
+  EngineGain out;
+  out.engine = engine;
+  out.available = true;
+  options.engine = engine;
+  Problem a(before.model, experiment, before.space, options, before.weights);
+  Problem b(after.model, experiment, after.space, options, before.weights);
+  out.before = residual_rms(a, before.space.expand(before.fit.point), Role::test);
+  out.after = residual_rms(b, after.space.expand(after.fit.point), Role::test);
+  return out;
+}
+
+/// Signals of the first test recording's file: measured, and what both models predict.
+void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
+           const SimulatorOptions& options) {
+  std::vector<int> segments = experiment.with_role(Role::test);
+  if (segments.empty()) segments = experiment.with_role(Role::validate);
+  if (segments.empty()) return;
+  const std::string file = experiment.segments[static_cast<std::size_t>(segments.front())].file;
+  std::erase_if(segments, [&](int s) { return experiment.segments[static_cast<std::size_t>(s)].file != file; });
+  using Predicted = std::vector<std::vector<std::vector<double>>>;
+  auto predict = [&](const CurrentModel& current) {
+    Predicted all(experiment.segments.size());
+    const std::vector<std::vector<double>> one{current.space.expand(current.fit.point)};
+    make_simulator(current.model, experiment, options)->run(one, segments, [&](int, int s, const auto& predicted) {
+      all[static_cast<std::size_t>(s)] = predicted;
+    });
+    return all;
+  };
+  const Predicted a = predict(before), b = predict(after);
+  const bool inverse = std::holds_alternative<InverseDynamics>(experiment.prediction);
+  const std::vector<Channel> channels = predicted_channels(before.model, experiment);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].kind != ChannelKind::position && channels[c].kind != ChannelKind::command) continue;
+    Trace t;
+    t.recording = file;
+    t.joint = experiment.joint_names[static_cast<std::size_t>(channels[c].joint)];
+    t.unit = channels[c].unit;
+    for (const int s : segments) {
+      const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+      const auto& x = a[static_cast<std::size_t>(s)][c];
+      const auto& y = b[static_cast<std::size_t>(s)][c];
+      const double span = segment.time(segment.count - 1) - segment.time(0);
+      for (std::size_t k = 0; k < x.size(); ++k) {
+        t.time.push_back(inverse ? segment.time(0) + span * (static_cast<double>(k) + 0.5) / static_cast<double>(x.size())
+                                 : segment.time(k));
+        t.measured.push_back(inverse ? 0.0 : segment.measured[c][k]);
+        t.before.push_back(x[k]);
+        t.after.push_back(y[k]);
+      }
+    }
+    out.traces.push_back(std::move(t));
+  }
+}
+
+}  // namespace
+
+void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
+            const SimulatorOptions& options, bool other_engines) {
+  trace(out, before, after, experiment, options);
+  if (experiment.with_role(Role::test).empty()) return;
+  double own = 0.0;
+  std::vector<std::string> names{options.engine};
+  for (const Engine* engine : engines()) {
+    if (other_engines && engine->info().name != options.engine) names.push_back(engine->info().name);
+  }
+  for (const std::string& name : names) {
+    const EngineInfo info = find_engine(name).info();
+    if (!info.available) {
+      EngineGain missing;
+      missing.engine = name;
+      missing.reason = info.reason;
+      out.engines.push_back(missing);
+      continue;
+    }
+    EngineGain gain = gain_on(name, before, after, experiment, options);
+    const double removed = energy_of(gain.before, before.weights) - energy_of(gain.after, before.weights);
+    if (name == options.engine) own = removed;
+    gain.kept = own > 0.0 ? removed / own : std::nan("");
+    out.engines.push_back(std::move(gain));
+  }
+}
+
+}  // namespace lacuna
