@@ -28,7 +28,8 @@ void widen(double& low, double& high) {
   const double size = std::max(std::fabs(low), std::fabs(high));
   if (size < 1e-300) low = -1.0, high = 1.0;
   // Constant down to rounding: its last digits are no signal.
-  else if (high - low < 1e-9 * size) low -= 0.05 * size, high += 0.05 * size;
+  else if (high - low < 1e-9 * size)
+    low -= 0.05 * size, high += 0.05 * size;
 }
 
 }  // namespace

@@ -9,17 +9,17 @@
 namespace lacuna {
 
 struct Context {
-  std::string date;             ///< ISO 8601, UTC
+  std::string date;  ///< ISO 8601, UTC
   std::string host, cpu;
-  int cores = 0;                ///< hardware threads
+  int cores = 0;  ///< hardware threads
   std::string compiler, flags, build_type;
-  std::string commit;           ///< of the source at configure time; "unknown" outside a repository
+  std::string commit;  ///< of the source at configure time; "unknown" outside a repository
   std::string version;
-  std::string lanes;            ///< widest instruction set of the lanes and its width: "avx512 x 8"
+  std::string lanes;  ///< widest instruction set of the lanes and its width: "avx512 x 8"
   std::vector<std::pair<std::string, std::string>> engine_versions;  ///< built-in engines only
   std::uint64_t seed = 1;
   int threads = 1;
-  std::string command_line;     ///< as the user gave it
+  std::string command_line;  ///< as the user gave it
 };
 
 /// The context of this process, now.

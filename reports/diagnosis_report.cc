@@ -27,27 +27,24 @@ const char* tone_of(Verdict verdict) {
 }
 
 bool is_finding(const Diagnosis& diagnosis, const Candidate& candidate) {
-  return candidate.note.empty() && std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), [&](const Finding& f) {
-           return f.effect == candidate.effect && f.place == candidate.place;
-         });
-}
-
-std::string gain_words(double gain, double error) {
-  if (!std::isfinite(gain)) return number(gain);
-  return std::isfinite(error) && error > 0.0 ? fmt::format("{} \u00b1 {}", number(gain, 4), number(error, 2)) : number(gain, 4);
+  return candidate.note.empty() &&
+         std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                     [&](const Finding& f) { return f.effect == candidate.effect && f.place == candidate.place; });
 }
 
 void add_tiles(Page& page, const Diagnosis& d) {
-  page.tile("Verdict", d.verdict == Verdict::consistent        ? "consistent"
-                       : d.verdict == Verdict::missing_physics ? "missing physics"
-                                                               : "unknown physics",
-            d.findings.size() == 1 ? "1 effect named" : fmt::format("{} effects named", d.findings.size()));
+  page.tile("Verdict",
+            d.verdict == Verdict::consistent        ? "consistent"
+            : d.verdict == Verdict::missing_physics ? "missing physics"
+                                                    : "unknown physics",
+            d.findings.empty()       ? "no effect named"
+            : d.findings.size() == 1 ? "1 effect named"
+                                     : fmt::format("{} effects named", d.findings.size()));
   const Role role = judged_role(d.after);
   const double before = over_noise(rms_in(d.before, role), d.noise), after = over_noise(rms_in(d.after, role), d.noise);
   if (std::isfinite(after)) {
     const bool changed = !d.findings.empty() && std::isfinite(before);
-    page.tile("Residual over noise",
-              changed ? number(before, 3) + " \u2192 " + number(after, 3) : number(after, 3),
+    page.tile("Residual over noise", changed ? steady(before) + " \u2192 " + steady(after) : steady(after),
               fmt::format("{} recordings, all joints", to_string(role)));
   }
   if (!d.findings.empty()) {
@@ -69,18 +66,26 @@ Html lines(const std::vector<std::string>& items) {
 }
 
 Html findings_table(const Diagnosis& d) {
-  Table table({{"effect"}, {"where"}, {"parameters (95 % interval)"}, {"probability", true}, {"rivals"}, {"p-value", true},
-               {"held-out gain", true}, {"held-out share", true}});
+  Table table({{"effect"},
+               {"where"},
+               {"parameters (95 % interval)"},
+               {"probability", true},
+               {"rivals"},
+               {"p-value", true},
+               {"held-out gain", true},
+               {"held-out share", true}});
   for (const Finding& f : d.findings) {
     std::vector<std::string> parameters, rivals;
-    for (const Estimate& parameter : f.parameters) parameters.push_back(parameter.name + " = " + with_interval(parameter));
+    for (const Estimate& parameter : f.parameters)
+      parameters.push_back(parameter.name + " = " + with_interval(parameter));
     for (std::size_t i = 0; i < std::min<std::size_t>(f.rivals.size(), 3); ++i) {
       const Rival& r = f.rivals[i];
-      rivals.push_back(fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.place), probability(r.probability)));
+      rivals.push_back(
+          fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.place), probability(r.probability)));
     }
     table.row({element("strong", text(effect_title(f.effect))), text(place_words(f.place)), lines(parameters),
                text(probability(f.probability)), lines(rivals), text(number(f.p_value, 2)),
-               text(gain_words(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
+               text(with_error(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
   }
   return table.html();
 }
@@ -88,7 +93,7 @@ Html findings_table(const Diagnosis& d) {
 std::string times_words(const Finding& f) {
   std::vector<std::string> out;
   for (const Finding::Interval& i : f.times) {
-    std::string words = fmt::format("{} to {} s", number(i.begin, 4), number(i.end, 4));
+    std::string words = fmt::format("{:.2f} to {:.2f} s", i.begin, i.end);
     out.push_back(i.recording.empty() ? words : words + " of " + i.recording);
   }
   return list_of(out);
@@ -122,58 +127,69 @@ Html finding_card(const Finding& f) {
     entries.emplace_back("not separated from", text(list_of(others) + " (the recordings do not tell them apart)"));
   entries.emplace_back("stability", text(fmt::format("best in {} of the resamples of the data", percent(f.stability))));
   if (info != nullptr) entries.emplace_back("source", text(info->source));
-  return element("div", element("h3", text(effect_title(f.effect) + ", " + place_words(f.place))) + facts(entries), "card");
+  return element("div", element("h3", text(effect_title(f.effect) + ", " + place_words(f.place))) + facts(entries),
+                 "card");
 }
 
 Html findings_section(const Diagnosis& d) {
   Html out;
   if (d.findings.empty()) {
-    out += paragraph("No effect of the catalogue improves the prediction of recordings that were not fitted beyond chance.");
+    out += paragraph(
+        "No effect of the catalogue improves the prediction of recordings that were not fitted beyond chance.");
   } else {
     out += findings_table(d);
-    out += paragraph("Held-out gain: log-likelihood gained on the validate recordings, \u00b1 standard error. Held-out share: "
-                     "share of their residual energy removed. The p-value is of the gain on the train recordings, corrected "
-                     "for everything that was tried.",
-                     "muted small");
+    out += paragraph(
+        "Held-out gain: log-likelihood gained on the validate recordings, \u00b1 standard error. Held-out share: "
+        "share of their residual energy removed. The p-value is of the gain on the train recordings, corrected "
+        "for everything that was tried.",
+        "muted small");
     for (const Finding& finding : d.findings) out += finding_card(finding);
   }
   if (!d.unexplained.present) return out;
-  std::string open = fmt::format("Unexplained: {} of the held-out residual energy above the noise",
-                                 percent(d.unexplained.share));
+  std::string open =
+      fmt::format("Unexplained: {} of the held-out residual energy above the noise", percent(d.unexplained.share));
   if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
-  return out + element("div", element("h3", text("What stays unexplained")) + paragraph(open + ".") +
-                                  bullets(d.unexplained.regions),
-                       "card");
+  return out +
+         element("div",
+                 element("h3", text("What stays unexplained")) + paragraph(open + ".") + bullets(d.unexplained.regions),
+                 "card");
 }
 
-/// Before and after per joint; a group of columns per role.
+/// rms per joint and role, before and after; where nothing was found there is one model only.
 Html residual_section(const Scenario& scenario, const Diagnosis& d) {
-  Table table({{"joint"}, {"recordings"}, {"before", true}, {"after", true}, {"unit"}, {"noise", true},
-               {"before / noise", true}, {"after / noise", true}, {"removed", true}});
-  const JointRms* order = nullptr;
-  for (const auto& [role, rms] : d.after.rms) {
-    if (order == nullptr && !rms.empty()) order = &rms;
+  const bool two = !d.findings.empty();
+  std::vector<Table::Column> columns{{"joint"}, {"recordings"},  {two ? "after" : "rms", true},
+                                     {"unit"},  {"noise", true}, {two ? "after / noise" : "rms / noise", true}};
+  if (two) {
+    columns.insert(columns.begin() + 2, {"before", true});
+    columns.insert(columns.end() - 1, {"before / noise", true});
+    columns.push_back({"removed", true});
   }
-  if (order == nullptr) return {};
-  for (const auto& [joint, unused] : *order) {
+  Table table(columns);
+  for (const auto& [joint, unused] : rms_in(d.after, judged_role(d.after))) {
     bool first = true;
     for (const auto& [role, rms] : d.after.rms) {
       if (rms.empty()) continue;
       const double before = entry_of(rms_in(d.before, role), joint), after = entry_of(rms, joint);
       const double noise = entry_of(d.noise, joint);
-      const bool judged = !d.findings.empty() && role == Role::test && after < 0.5 * before;
-      table.row({first ? element("code", text(joint)) : Html{}, text(to_string(role)), text(number(before, 3)),
-                 text(number(after, 3)), text(residual_unit(scenario, &d, joint)), text(first ? number(noise, 3) : ""),
-                 text(number(before / noise, 3)), text(number(after / noise, 3)),
-                 text(percent(1.0 - after * after / (before * before)))},
-                judged);
+      std::vector<Html> cells{
+          first ? element("code", text(joint)) : Html{}, text(to_string(role)), text(steady(after)),
+          text(residual_unit(scenario, &d, joint)),      text(steady(noise)),   text(steady(after / noise))};
+      if (two) {
+        cells.insert(cells.begin() + 2, text(steady(before)));
+        cells.insert(cells.end() - 1, text(steady(before / noise)));
+        cells.push_back(text(percent(1.0 - after * after / (before * before))));
+      }
+      table.row(cells, two && role == Role::test && after < 0.5 * before);
       first = false;
     }
   }
-  return table.html() +
-         paragraph("rms of simulated minus measured. Before: the plain model, re-identified. After: the diagnosed model. "
-                   "Removed: share of the residual's energy. Test recordings served neither to fit nor to choose.",
-                   "muted small");
+  if (table.empty()) return {};
+  std::string words = "rms of simulated minus measured. ";
+  if (two)
+    words +=
+        "Before: the plain model, re-identified. After: the diagnosed model. Removed: share of the residual's energy. ";
+  return table.html() + paragraph(words + "Test recordings served neither to fit nor to choose.", "muted small");
 }
 
 Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
@@ -183,17 +199,25 @@ Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
   std::stable_sort(order.begin(), order.end(), [&](auto* a, auto* b) { return rank(a) > rank(b); });
   BarChart chart;
   chart.title = "Held-out gain of the candidates";
-  chart.description = "Log-likelihood gained on the validate recordings with one standard error; kept ones highlighted.";
+  chart.description =
+      "Log-likelihood gained on the validate recordings with one standard error; kept ones highlighted.";
   chart.x_label = "held-out gain, log-likelihood";
   for (std::size_t i = 0; i < std::min(order.size(), kMostBars); ++i) {
     const Candidate& c = *order[i];
-    chart.bars.push_back({effect_title(c.effect) + ", " + c.place, c.heldout_gain, c.heldout_error, is_finding(d, c)});
+    chart.bars.push_back({effect_title(c.effect) + ", " + c.place, c.heldout_gain, c.heldout_error,
+                          with_error(c.heldout_gain, c.heldout_error), is_finding(d, c)});
   }
-  Table table({{"effect"}, {"where"}, {"parameters", true}, {"train gain", true}, {"held-out gain", true},
-               {"held-out share", true}, {"p-value", true}, {"outcome"}});
+  Table table({{"effect"},
+               {"where"},
+               {"parameters", true},
+               {"train gain", true},
+               {"held-out gain", true},
+               {"held-out share", true},
+               {"p-value", true},
+               {"outcome"}});
   for (const Candidate* c : order) {
     table.row({text(effect_title(c->effect)), text(place_words(c->place)), text(std::to_string(c->parameters)),
-               text(number(c->train_gain, 4)), text(gain_words(c->heldout_gain, c->heldout_error)),
+               text(number(c->train_gain, 4)), text(with_error(c->heldout_gain, c->heldout_error)),
                text(percent(c->heldout_share)), text(number(c->p_value, 2)), text(c->note.empty() ? "kept" : c->note)},
               is_finding(d, *c));
   }
@@ -207,14 +231,16 @@ Html tried_section(const Diagnosis& d) {
     std::string title = fmt::format("Round {}", i + 1);
     if (i > 0 && i <= d.findings.size()) {
       std::vector<std::string> kept;
-      for (std::size_t k = 0; k < i; ++k) kept.push_back(effect_title(d.findings[k].effect) + " at " + d.findings[k].place);
+      for (std::size_t k = 0; k < i; ++k)
+        kept.push_back(effect_title(d.findings[k].effect) + " at " + d.findings[k].place);
       title += ", with " + list_of(kept) + " in the model";
     }
     out += element("h3", text(title)) + round_chart(d, d.rounds[i]);
   }
   if (out.markup.empty()) return out;
-  return paragraph("Every effect of the catalogue at every place it may act, each re-identified together with the model's "
-                   "own parameters, and judged on recordings that were not fitted.") +
+  return paragraph(
+             "Every effect of the catalogue at every place it may act, each re-identified together with the model's "
+             "own parameters, and judged on recordings that were not fitted.") +
          out;
 }
 
@@ -226,7 +252,7 @@ Html engine_section(const Diagnosis& d) {
   for (const EngineGain& g : d.engines) {
     const std::string remark = g.available ? (g.engine == d.engine ? "identified here" : "") : g.reason;
     const double before = over_noise(g.before, d.noise), after = over_noise(g.after, d.noise);
-    table.row({text(g.engine), text(g.available ? number(before, 4) : ""), text(g.available ? number(after, 4) : ""),
+    table.row({text(g.engine), text(g.available ? steady(before) : ""), text(g.available ? steady(after) : ""),
                text(g.available && !d.findings.empty() ? percent(g.kept) : ""), text(remark)});
   }
   std::string words = "The same parameters and the same effects, simulated by each engine on the test recordings.";
@@ -238,11 +264,13 @@ Html engine_section(const Diagnosis& d) {
 
 Html method_section(const Diagnosis& d) {
   std::vector<std::string> steps{
-      fmt::format("The plain model's free parameters are identified on the train recordings ({}, {}).", d.before.optimizer,
-                  d.before.engine),
-      "Each effect of the catalogue is added at each place in turn and everything is identified again. An effect holds the "
+      fmt::format("The plain model's free parameters are identified on the train recordings ({}, {}).",
+                  d.before.optimizer, d.before.engine),
+      "Each effect of the catalogue is added at each place in turn and everything is identified again. An effect holds "
+      "the "
       "plain model exactly at its neutral value, so adding it can only be judged by what it gains.",
-      "What is gained is measured on the validate recordings, which were not fitted, against the spread of the gain over "
+      "What is gained is measured on the validate recordings, which were not fitted, against the spread of the gain "
+      "over "
       "blocks of time and against chance, corrected for the number of effects tried. The best survivor is kept and the "
       "search repeats with it in the model.",
       "The test recordings are opened last: they are reported, never used to fit or to choose."};
@@ -253,7 +281,8 @@ Html method_section(const Diagnosis& d) {
   if (step.step > 0.0) {
     std::string words = fmt::format("Integration step at most {}", quantity(step.step * 1e3, "ms", 3));
     if (std::isfinite(step.error_over_noise))
-      words += fmt::format("; measured by halving, it leaves an error of {} times the noise", number(step.error_over_noise, 2));
+      words += fmt::format("; measured by halving, it leaves an error of {} times the noise",
+                           number(step.error_over_noise, 2));
     out += paragraph(words + ".");
   }
   return out;
@@ -290,16 +319,18 @@ Html before_after_section(const Diagnosis& d) {
 std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const Context& context,
                            std::span<const Picture> pictures) {
   Page page(d.scenario, "Lacuna diagnosis");
+  std::vector<std::string> prefixes;
+  for (const Finding& finding : d.findings) prefixes.push_back(finding.place + "." + finding.effect + ".");
   page.lead(verdict_sentence(scenario, d), tone_of(d.verdict));
   add_tiles(page, d);
   page.section("Findings", findings_section(d));
   page.section(d.findings.empty() ? "Measured and simulated" : "Before and after", before_after_section(d));
+  page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
   page.section("What was tried", tried_section(d));
-  page.section("Parameters", parameter_section(d.after.estimates));
+  page.section("Parameters", parameter_section(d.after.estimates, prefixes));
   page.section("What the data determine", identifiability_section(d.after));
   page.section("Engines", engine_section(d));
-  page.section("Pictures", picture_section(pictures));
   page.section("Population search", convergence_section(d.after.history.size() > 1 ? d.after : d.before));
   page.section("Notes", bullets(d.notes));
   page.section("Method", method_section(d));

@@ -14,8 +14,9 @@ namespace {
 std::string fit_sentence(const FitResult& fit) {
   std::size_t known = 0, bound = 0;
   for (const Estimate& e : fit.estimates) known += e.identifiable, bound += e.at_bound;
-  std::string out = fmt::format("{} parameters identified on {} with {}: the data determine {} of them", fit.estimates.size(),
-                                fit.engine, fit.optimizer, known == fit.estimates.size() ? "all" : std::to_string(known));
+  std::string out =
+      fmt::format("{} parameters identified on {} with {}: the data determine {} of them", fit.estimates.size(),
+                  fit.engine, fit.optimizer, known == fit.estimates.size() ? "all" : std::to_string(known));
   if (bound > 0) out += fmt::format(", {} {} at a bound", bound, bound == 1 ? "lies" : "lie");
   return out + ".";
 }
@@ -35,7 +36,8 @@ Html rms_section(const Scenario& scenario, std::span<const FitResult> fits) {
     }
   }
   if (table.empty()) return {};
-  return table.html() + paragraph("rms of simulated minus measured. Only the train recordings were fitted.", "muted small");
+  return table.html() +
+         paragraph("rms of simulated minus measured. Only the train recordings were fitted.", "muted small");
 }
 
 /// Estimates side by side.

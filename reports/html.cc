@@ -94,14 +94,16 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 
 void Table::row(std::vector<Html> cells, bool emphasised) {
   if (cells.size() != columns_.size())
-    throw std::invalid_argument(fmt::format("a row of {} cells in a table of {} columns", cells.size(), columns_.size()));
+    throw std::invalid_argument(
+        fmt::format("a row of {} cells in a table of {} columns", cells.size(), columns_.size()));
   rows_.push_back({std::move(cells), emphasised});
 }
 
 Html Table::html() const {
   Html head, body;
   for (const Column& column : columns_)
-    head.markup += fmt::format("<th scope=\"col\"{}>{}</th>", column.numeric ? " class=\"num\"" : "", escape(column.title));
+    head.markup +=
+        fmt::format("<th scope=\"col\"{}>{}</th>", column.numeric ? " class=\"num\"" : "", escape(column.title));
   for (const Row& row : rows_) {
     Html cells;
     for (std::size_t i = 0; i < row.cells.size(); ++i)
@@ -131,8 +133,8 @@ std::string Page::str() const {
   for (std::size_t i = 0; i < sections_.size(); ++i) {
     const std::string title = escape(sections_[i].title);
     contents.markup += fmt::format("<a href=\"#s{}\">{}</a>\n", i + 1, title);
-    body.markup += fmt::format("<section id=\"s{}\">\n<h2>{}</h2>\n{}</section>\n", i + 1, title,
-                               sections_[i].body.markup);
+    body.markup +=
+        fmt::format("<section id=\"s{}\">\n<h2>{}</h2>\n{}</section>\n", i + 1, title, sections_[i].body.markup);
   }
   Html header = element("p", text(kicker_), "kicker") + element("h1", text(title_)) + lead_;
   if (!tiles_.markup.empty()) header += element("dl", tiles_, "tiles");

@@ -79,12 +79,8 @@ Json json_of(const Finding& finding) {
   Json rivals = Json::array();
   for (const Rival& rival : finding.rivals)
     rivals.push_back({{"effect", rival.effect}, {"where", rival.place}, {"probability", rival.probability}});
-  Json out{{"effect", finding.effect},
-           {"where", finding.place},
-           {"probability", finding.probability},
-           {"rivals", rivals},
-           {"class", finding.members},
-           {"parameters", json_of(finding.parameters)}};
+  Json out{{"effect", finding.effect}, {"where", finding.place},   {"probability", finding.probability},
+           {"rivals", rivals},         {"class", finding.members}, {"parameters", json_of(finding.parameters)}};
   if (!finding.recordings.empty()) out["recordings"] = finding.recordings;
   out["evidence"] = evidence_of(finding);
   out["separating_experiment"] = nullptr;
@@ -141,9 +137,7 @@ Json identifiability_of(const FitResult& fit) {
   return out;
 }
 
-Json json_of(const StepChoice& step) {
-  return {{"seconds", step.step}, {"error_over_noise", step.error_over_noise}};
-}
+Json json_of(const StepChoice& step) { return {{"seconds", step.step}, {"error_over_noise", step.error_over_noise}}; }
 
 Json history_of(const std::vector<GenerationRecord>& history) {
   Json best = Json::array(), median = Json::array(), diversity = Json::array(), evaluations = Json::array();

@@ -11,7 +11,9 @@
 namespace lacuna {
 namespace {
 
-Html tag(std::string_view word, std::string_view tone) { return element("span", text(word), fmt::format("tag {}", tone)); }
+Html tag(std::string_view word, std::string_view tone) {
+  return element("span", text(word), fmt::format("tag {}", tone));
+}
 
 /// Lowest and highest finite value.
 std::pair<double, double> range_of(std::span<const double> values) {
@@ -78,9 +80,9 @@ LinePlot residual_plot(const Trace& trace, const TraceOptions& options, int widt
                        std::span<const double> after) {
   LinePlot plot;
   plot.title = fmt::format("{}, {}: residual", trace.joint, trace.recording);
-  plot.description = fmt::format("Simulated minus measured; rms {} {}, {} {}.", options.words.before,
-                                 quantity(rms_of(before), trace.unit, 3), options.words.after,
-                                 quantity(rms_of(after), trace.unit, 3));
+  plot.description =
+      fmt::format("Simulated minus measured; rms {} {}, {} {}.", options.words.before,
+                  quantity(rms_of(before), trace.unit, 3), options.words.after, quantity(rms_of(after), trace.unit, 3));
   plot.x_label = "time";
   plot.x_unit = "s";
   plot.y_label = "residual";
@@ -89,9 +91,10 @@ LinePlot residual_plot(const Trace& trace, const TraceOptions& options, int widt
   plot.height = 190;
   plot.zero_line = true;
   const auto label = [&](const std::string& word, std::span<const double> r) {
-    return word + ", rms " + quantity(rms_of(r), trace.unit, 3);
+    return word + ", rms " + steady(rms_of(r)) + " " + trace.unit;
   };
-  if (!before.empty()) plot.curves.push_back({label(options.words.before, before), trace.time, before, Ink::before, 1.2});
+  if (!before.empty())
+    plot.curves.push_back({label(options.words.before, before), trace.time, before, Ink::before, 1.2});
   if (!after.empty()) plot.curves.push_back({label(options.words.after, after), trace.time, after, Ink::after, 1.2});
   const double noise = entry_of(options.noise, trace.joint);
   if (noise > 0.0 && std::isfinite(noise)) {
@@ -116,7 +119,7 @@ Html trace_figure(const Trace& trace, const TraceOptions& options, int width) {
 
 }  // namespace
 
-Html parameter_section(const std::vector<Estimate>& estimates) {
+Html parameter_section(const std::vector<Estimate>& estimates, const std::vector<std::string>& emphasised) {
   if (estimates.empty()) return {};
   Table table({{"parameter"}, {"value", true}, {"95 % interval", true}, {"unit"}, {"remarks"}});
   for (const Estimate& e : estimates) {
@@ -124,7 +127,9 @@ Html parameter_section(const std::vector<Estimate>& estimates) {
     if (!e.identifiable) remarks += tag("not determined by the data", "warn");
     if (e.at_bound) remarks += tag("at its bound", "warn");
     if (e.derived) remarks += tag("from the total mass", "");
-    table.row({element("code", text(e.name)), text(value_of(e)), text(interval(e)), text(e.unit), remarks});
+    const bool stands_out = std::any_of(emphasised.begin(), emphasised.end(),
+                                        [&](const std::string& prefix) { return e.name.starts_with(prefix); });
+    table.row({element("code", text(e.name)), text(value_of(e)), text(interval(e)), text(e.unit), remarks}, stands_out);
   }
   return table.html();
 }
@@ -146,8 +151,9 @@ Html identifiability_section(const FitResult& fit) {
     combinations.push_back(words);
   }
   if (!combinations.empty()) {
-    out += paragraph("The data cannot tell these combinations apart (each parameter in units of its own size); "
-                     "moving along one of them hardly changes the prediction:");
+    out += paragraph(
+        "The data cannot tell these combinations apart (each parameter in units of its own size); "
+        "moving along one of them hardly changes the prediction:");
     out += bullets(combinations);
   }
   std::vector<std::string> bound;
@@ -155,7 +161,8 @@ Html identifiability_section(const FitResult& fit) {
     if (e.at_bound) bound.push_back(e.name);
   }
   if (!bound.empty())
-    out += paragraph("At a bound: " + list_of(bound) + ". The true value may lie beyond; widen the bound or question the model.");
+    out += paragraph("At a bound: " + list_of(bound) +
+                     ". The true value may lie beyond; widen the bound or question the model.");
   return out;
 }
 

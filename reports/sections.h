@@ -11,8 +11,8 @@
 
 namespace lacuna {
 
-/// Estimates with their intervals and what limits them.
-Html parameter_section(const std::vector<Estimate>& estimates);
+/// Estimates with their intervals and what limits them; names that start with one of `emphasised` stand out.
+Html parameter_section(const std::vector<Estimate>& estimates, const std::vector<std::string>& emphasised = {});
 
 /// What the data determine, in words.
 Html identifiability_section(const FitResult& fit);

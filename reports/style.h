@@ -42,7 +42,8 @@ section { background: var(--surface); border: 1px solid var(--line); border-radi
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; vertical-align: top; padding: 6px 12px 6px 0; border-bottom: 1px solid var(--line); }
 th { color: var(--muted); font-weight: 500; font-size: 12.5px; white-space: nowrap; vertical-align: bottom; }
-td { overflow-wrap: anywhere; } td.num, th.num { text-align: right; white-space: nowrap; overflow-wrap: normal; }
+td { overflow-wrap: break-word; } td.num, th.num { text-align: right; white-space: nowrap; }
+td.num + td:not(.num), th.num + th:not(.num) { padding-left: 12px; }
 th:last-child, td:last-child { padding-right: 0; }
 tr.emphasised td { background: color-mix(in srgb, var(--found) 10%, transparent); font-weight: 600; }
 .tag { display: inline-block; padding: 0 7px; border-radius: 9px; font-size: 12px; background: var(--soft);

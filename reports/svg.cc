@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLeft = 66.0, kRight = 14.0;  // px, one margin for all plots, so that they align
 constexpr double kCharacter = 6.5;             // px, about, at the size of the labels
+constexpr char kDashes[] = " stroke-dasharray=\"5 4\"";
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -61,8 +62,9 @@ std::string axis_title(const std::string& label, const std::string& unit, int ex
 }
 
 std::string words(double x, double y, const char* anchor, const std::string& content, const char* extra = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" fill=\"currentColor\" fill-opacity=\".72\"{}>{}</text>\n",
-                     x, y, anchor, extra, escape(content));
+  return fmt::format(
+      "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" fill=\"currentColor\" fill-opacity=\".72\"{}>{}</text>\n", x,
+      y, anchor, extra, escape(content));
 }
 
 std::string rule(double x1, double y1, double x2, double y2, double opacity) {
@@ -84,12 +86,52 @@ std::string open_svg(int width, int height, const std::string& title, const std:
       width, height, escape(title), escape(description));
 }
 
+/// Marks and words above a plot, in as many rows as they need.
+class Legend {
+ public:
+  explicit Legend(const LinePlot& plot) : right_(plot.width - kRight) {
+    for (const Curve& curve : plot.curves) {
+      if (curve.label.empty()) continue;
+      place(curve.label);
+      markup_ += fmt::format(
+          "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" style=\"stroke:{3}\" "
+          "stroke-width=\"2.4\"{4}/>\n",
+          x_, x_ + 20, y_ - 4, color_of(curve.ink), curve.dashed ? kDashes : "");
+      write(curve.label);
+    }
+    if (plot.band && !plot.band_label.empty()) patch("var(--good,#1b7f46)", plot.band_label);
+    if (!plot.shaded.empty() && !plot.shaded_label.empty()) patch("var(--open,#a86400)", plot.shaded_label);
+  }
+
+  const std::string& markup() const { return markup_; }
+  double height() const { return markup_.empty() ? 12.0 : y_ + 14.0; }
+
+ private:
+  static double width_of(const std::string& label) {
+    return 26.0 + kCharacter * static_cast<double>(std::min(characters(label), kLongest));
+  }
+  void place(const std::string& label) {
+    if (x_ > kLeft && x_ + width_of(label) > right_) x_ = kLeft, y_ += 18.0;
+  }
+  void write(const std::string& label) {
+    markup_ += words(x_ + 26, y_, "start", shortened(label, kLongest));
+    x_ += width_of(label) + 18.0;
+  }
+  void patch(const char* color, const std::string& label) {
+    place(label);
+    markup_ += box(x_, y_ - 9, 20, 10, color, 0.3);
+    write(label);
+  }
+
+  static constexpr std::size_t kLongest = 40;  // characters
+  double right_, x_ = kLeft, y_ = 16.0;
+  std::string markup_;
+};
+
 /// One plot's frame: where the axes lie, in px.
 class Frame {
  public:
-  explicit Frame(const LinePlot& plot) : plot_(plot) {
-    const bool legend = std::any_of(plot.curves.begin(), plot.curves.end(), [](const Curve& c) { return !c.label.empty(); });
-    top_ = legend || !plot.band_label.empty() ? 30.0 : 12.0;
+  Frame(const LinePlot& plot, double top) : plot_(plot), top_(top) {
     bottom_ = plot.height - (plot.x_axis_labels ? 40.0 : 12.0);
     right_ = plot.width - kRight;
     Range x, y;
@@ -142,9 +184,10 @@ class Frame {
 
   /// Everything drawn inside is cut at the frame.
   std::string inside(const std::string& content) const {
-    return fmt::format("<svg x=\"{0:.1f}\" y=\"{1:.1f}\" width=\"{2:.1f}\" height=\"{3:.1f}\" "
-                       "viewBox=\"{0:.1f} {1:.1f} {2:.1f} {3:.1f}\" overflow=\"hidden\">\n{4}</svg>\n",
-                       kLeft, top_ - 1, right_ - kLeft, bottom_ - top_ + 2, content);
+    return fmt::format(
+        "<svg x=\"{0:.1f}\" y=\"{1:.1f}\" width=\"{2:.1f}\" height=\"{3:.1f}\" "
+        "viewBox=\"{0:.1f} {1:.1f} {2:.1f} {3:.1f}\" overflow=\"hidden\">\n{4}</svg>\n",
+        kLeft, top_ - 1, right_ - kLeft, bottom_ - top_ + 2, content);
   }
 
   std::string shading() const {
@@ -162,6 +205,20 @@ class Frame {
     return out;
   }
 
+  /// The band's edges, to be drawn over the curves.
+  std::string band_edges() const {
+    std::string out;
+    if (!plot_.band) return out;
+    for (const double edge : {plot_.band->first, plot_.band->second}) {
+      if (!std::isfinite(py(edge))) continue;
+      out += fmt::format(
+          "<line x1=\"{0:.1f}\" x2=\"{1:.1f}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" "
+          "style=\"stroke:var(--good,#1b7f46)\"/>\n",
+          kLeft, right_, py(edge));
+    }
+    return out;
+  }
+
  private:
   static double share(double value, const Axis1d& axis) {
     // Far outside is as good as just outside, and keeps the numbers short.
@@ -171,7 +228,7 @@ class Frame {
 
   const LinePlot& plot_;
   Axis1d x_, y_;
-  double top_ = 0.0, bottom_ = 0.0, right_ = 0.0;
+  double top_, bottom_ = 0.0, right_ = 0.0;
 };
 
 std::string path_of(const Curve& curve, const Frame& frame) {
@@ -192,36 +249,10 @@ std::string path_of(const Curve& curve, const Frame& frame) {
     last = point;
   }
   if (path.empty()) return {};
-  return fmt::format("<path d=\"{}\" fill=\"none\" style=\"stroke:{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" "
-                     "stroke-linecap=\"round\"{}/>\n",
-                     path, color_of(curve.ink), curve.width, curve.dashed ? " stroke-dasharray=\"5 4\"" : "");
-}
-
-std::string legend_of(const LinePlot& plot) {
-  std::string out;
-  double x = kLeft;
-  const auto entry = [&](const std::string& mark, const std::string& label) {
-    out += mark + words(x + 26, 16, "start", label);
-    x += 26 + kCharacter * static_cast<double>(characters(label)) + 20;
-  };
-  for (const Curve& curve : plot.curves) {
-    if (curve.label.empty()) continue;
-    entry(fmt::format("<line x1=\"{:.1f}\" y1=\"12\" x2=\"{:.1f}\" y2=\"12\" style=\"stroke:{}\" stroke-width=\"2.4\"{}/>\n", x,
-                      x + 20, color_of(curve.ink), curve.dashed ? " stroke-dasharray=\"5 4\"" : ""),
-          shortened(curve.label, 40));
-  }
-  if (plot.band && !plot.band_label.empty())
-    entry(box(x, 7, 20, 10, "var(--good,#1b7f46)", 0.3), shortened(plot.band_label, 40));
-  if (!plot.shaded.empty() && !plot.shaded_label.empty())
-    entry(box(x, 7, 20, 10, "var(--open,#a86400)", 0.25), shortened(plot.shaded_label, 40));
-  return out;
-}
-
-std::string bar_value(const Bar& bar) {
-  if (!std::isfinite(bar.value)) return "not finite";
-  std::string out = fmt::format("{:.4g}", bar.value);
-  if (bar.error > 0.0 && std::isfinite(bar.error)) out += fmt::format(" \u00b1 {:.2g}", bar.error);
-  return out;
+  return fmt::format(
+      "<path d=\"{}\" fill=\"none\" style=\"stroke:{}\" stroke-width=\"{}\" stroke-linejoin=\"round\" "
+      "stroke-linecap=\"round\"{}/>\n",
+      path, color_of(curve.ink), curve.width, curve.dashed ? kDashes : "");
 }
 
 /// One bar with its label, error bar and value; `px` maps values.
@@ -238,16 +269,18 @@ std::string bar_row(const Bar& bar, double left, double top, double text_x, cons
     out += rule(low, middle, high, middle, 0.9) + rule(low, middle - 4, low, middle + 4, 0.9) +
            rule(high, middle - 4, high, middle + 4, 0.9);
   }
-  return out + words(text_x, middle + 4, "start", bar_value(bar));
+  return out + words(text_x, middle + 4, "start", shortened(bar.words, 20));
 }
 
 }  // namespace
 
 Html to_svg(const LinePlot& plot) {
-  const Frame frame(plot);
+  const Legend legend(plot);
+  const Frame frame(plot, legend.height());
   std::string content = frame.shading();
   for (const Curve& curve : plot.curves) content += path_of(curve, frame);
-  return {open_svg(plot.width, plot.height, plot.title, plot.description) + legend_of(plot) + frame.axes() +
+  content += frame.band_edges();
+  return {open_svg(plot.width, plot.height, plot.title, plot.description) + legend.markup() + frame.axes() +
           frame.inside(content) + "</svg>\n"};
 }
 
@@ -262,7 +295,8 @@ Html to_svg(const BarChart& chart) {
     range.include(bar.value - error);
     range.include(bar.value + error);
   }
-  const Axis1d axis = make_axis(range.low, range.high, 6, false);
+  const double margin = 0.03 * (range.high - range.low);
+  const Axis1d axis = make_axis(range.low < 0.0 ? range.low - margin : 0.0, range.high + margin, 6, true);
   const double left = std::max(60.0, kCharacter * static_cast<double>(longest) + 24), right = chart.width - kValues;
   const double bottom = 6 + kRow * static_cast<double>(chart.bars.size());
   const int height = static_cast<int>(bottom) + 42;

@@ -26,18 +26,18 @@ struct Curve {
 };
 
 struct LinePlot {
-  std::string title;        ///< for screen readers
+  std::string title;  ///< for screen readers
   std::string description;
   std::string x_label, x_unit, y_label, y_unit;
   std::vector<Curve> curves;
-  std::vector<std::pair<double, double>> shaded;      ///< intervals of x
+  std::vector<std::pair<double, double>> shaded;  ///< intervals of x
   std::string shaded_label;
-  std::optional<std::pair<double, double>> band;      ///< of y, shaded
+  std::optional<std::pair<double, double>> band;  ///< of y, shaded
   std::string band_label;
-  std::optional<std::pair<double, double>> y_limit;   ///< what the y axis never exceeds; curves beyond are clipped
-  std::optional<std::pair<double, double>> x_range;   ///< given: the x axis, so that plots align
+  std::optional<std::pair<double, double>> y_limit;  ///< what the y axis never exceeds; curves beyond are clipped
+  std::optional<std::pair<double, double>> x_range;  ///< given: the x axis, so that plots align
   bool zero_line = false;
-  bool log_y = false;       ///< points that are not positive are left out
+  bool log_y = false;  ///< points that are not positive are left out
   bool x_axis_labels = true;
   int width = 960, height = 240;
 };
@@ -45,6 +45,7 @@ struct LinePlot {
 struct Bar {
   std::string label;
   double value = 0.0, error = 0.0;
+  std::string words;  ///< the value as it is written beside the bar
   bool highlighted = false;
 };
 
@@ -67,8 +68,8 @@ std::vector<std::size_t> decimate(std::span<const double> y, std::size_t most = 
 /// An axis over [low, high], widened where they are equal or not finite.
 struct Axis1d {
   double low = 0.0, high = 1.0;
-  std::vector<double> ticks;       ///< within [low, high]
-  std::vector<std::string> labels; ///< in units of 10^exponent
+  std::vector<double> ticks;        ///< within [low, high]
+  std::vector<std::string> labels;  ///< in units of 10^exponent
   int exponent = 0;
 };
 /// `tight`: ends at low and high, else at ticks.

@@ -38,6 +38,22 @@ class Digits {
   int decimals_ = -1;
 };
 
+/// Numbers of up to six places before the point need no exponent.
+bool is_written_out(double value, int digits) {
+  return std::fabs(value) >= std::pow(10.0, digits - 1) && std::fabs(value) < 1e6;
+}
+
+std::string written_out(double value, int digits) {
+  const int places = static_cast<int>(std::floor(std::log10(std::fabs(value)))) + 1;
+  return fmt::format("{:.{}f}", value, std::max(0, digits - places));
+}
+
+/// "1.5e-05" -> "1.5e-5".
+std::string short_exponent(const std::string& any) {
+  const std::size_t e = any.find('e');
+  return e == std::string::npos ? any : any.substr(0, e) + "e" + std::to_string(std::stoi(any.substr(e + 1)));
+}
+
 std::string with_unit(const std::string& value, const std::string& unit) {
   return unit.empty() ? value : value + " " + unit;
 }
@@ -49,11 +65,13 @@ std::string finding_words(const Finding& finding) {
 
 std::string parameter_words(const Finding& finding) {
   std::vector<std::string> parts;
-  for (const Estimate& parameter : finding.parameters) parts.push_back(parameter.name + " = " + with_interval(parameter));
+  for (const Estimate& parameter : finding.parameters)
+    parts.push_back(parameter.name + " = " + with_interval(parameter));
   return list_of(parts);
 }
 
-/// "the test residual falls from 4.0 to 1.01 times the noise"; "" where there is no residual. `joint` empty: of all joints.
+/// "the test residual falls from 4.0 to 1.01 times the noise"; "" where there is no residual.
+/// `joint` empty: of all joints.
 std::string improvement(const Scenario& scenario, const Diagnosis& diagnosis, const std::string& joint) {
   const Role role = judged_role(diagnosis.after);
   const JointRms &before = rms_in(diagnosis.before, role), &after = rms_in(diagnosis.after, role);
@@ -68,25 +86,25 @@ std::string improvement(const Scenario& scenario, const Diagnosis& diagnosis, co
   }
   if (!std::isfinite(to)) return {};
   const char* direction = to <= from ? "falls" : "rises";
-  if (!std::isfinite(from)) return fmt::format("the {} residual is {}{}", to_string(role), number(to, 3), tail);
-  return fmt::format("the {} residual {} from {} to {}{}", to_string(role), direction, number(from, 3), number(to, 3), tail);
+  if (!std::isfinite(from)) return fmt::format("the {} residual is {}{}", to_string(role), steady(to), tail);
+  return fmt::format("the {} residual {} from {} to {}{}", to_string(role), direction, steady(from), steady(to), tail);
 }
 
 std::string consistent_sentence(const Scenario& scenario, const Diagnosis& d) {
-  std::size_t tried = 0;
-  for (const auto& round : d.rounds) tried += round.size();
+  const std::size_t tried = d.rounds.empty() ? 0 : d.rounds.front().size();
   const Role role = judged_role(d.after);
   const double ratio = over_noise(rms_in(d.after, role), d.noise);
   std::string out = "Nothing is missing: the identified model explains the recordings";
   if (std::isfinite(ratio)) {
-    out += fmt::format(" down to {} times the noise ({} residual)", number(ratio, 3), to_string(role));
+    out += fmt::format(" down to {} times the noise ({} residual)", steady(ratio), to_string(role));
   } else if (!rms_in(d.after, role).empty()) {
     const auto& [joint, value] = rms_in(d.after, role).front();
     out += fmt::format(" ({} residual of {}: {} rms)", to_string(role), joint,
                        quantity(value, residual_unit(scenario, &d, joint), 3));
   }
   if (tried == 1) out += ", and the one effect tried does no better than chance";
-  if (tried > 1) out += fmt::format(", and none of the {} effects tried does better than chance", tried);
+  if (tried > 1)
+    out += fmt::format(", and none of {} effects tried (each at each place) does better than chance", tried);
   return out + ".";
 }
 
@@ -128,16 +146,14 @@ std::string unknown_sentence(const Diagnosis& d) {
 
 std::string number(double value, int digits) {
   if (!std::isfinite(value)) return kDash;
-  // Numbers of up to six places before the point are written out.
-  if (std::fabs(value) >= 1000.0 && std::fabs(value) < 1e6) {
-    const int places = static_cast<int>(std::floor(std::log10(std::fabs(value)))) + 1;
-    return fmt::format("{:.{}f}", value, std::max(0, digits - places));
-  }
-  std::string out = fmt::format("{:.{}g}", value, digits);
-  const std::size_t e = out.find('e');
-  if (e == std::string::npos) return out;
-  const std::string exponent = std::to_string(std::stoi(out.substr(e + 1)));
-  return out.substr(0, e) + "e" + exponent;
+  return is_written_out(value, digits) ? written_out(value, digits)
+                                       : short_exponent(fmt::format("{:.{}g}", value, digits));
+}
+
+std::string steady(double value, int digits) {
+  if (!std::isfinite(value)) return kDash;
+  if (is_written_out(value, digits)) return written_out(value, digits);
+  return short_exponent(fmt::format("{:#.{}g}", value, digits));
 }
 
 std::string quantity(double value, const std::string& unit, int digits) {
@@ -170,8 +186,15 @@ std::string percent(double share) {
   if (!std::isfinite(share)) return kDash;
   const double value = 100.0 * share;
   // 99.7 % is not all of it.
-  const bool fine = std::fabs(value) < 10.0 || (value > 99.0 && value < 100.0);
+  const bool fine = std::fabs(value) < 10.0 || (value > 99.0 && value < 99.95);
   return fmt::format("{:.{}f} %", value, fine ? 1 : 0);
+}
+
+std::string with_error(double value, double error) {
+  if (!std::isfinite(value) || !std::isfinite(error) || !(error > 0.0)) return number(value);
+  if (error >= 1e6 || error < 1e-6) return number(value) + " \u00b1 " + number(error, 2);
+  const int decimals = decimals_for(error);
+  return fmt::format("{:.{}f} \u00b1 {:.{}f}", value, decimals, error, decimals);
 }
 
 std::string duration(double seconds) {

@@ -9,6 +9,8 @@ namespace lacuna {
 
 /// Significant digits, without trailing zeros: "24.7", "1.5e-5"; a dash for what is not finite.
 std::string number(double value, int digits = 4);
+/// The same with trailing zeros, for numbers that stand below each other: "4.00", "0.000310".
+std::string steady(double value, int digits = 3);
 /// With its unit: "24.7 N m".
 std::string quantity(double value, const std::string& unit, int digits = 4);
 /// As many digits as the 95 % interval supports: "24.7 N m (23.9 to 25.5)"; open ends are said in words.
@@ -17,6 +19,8 @@ std::string with_interval(const Estimate& estimate);
 std::string interval(const Estimate& estimate);
 /// The value alone, with the interval's digits: "24.7".
 std::string value_of(const Estimate& estimate);
+/// As many digits as the standard error supports: "1234 ± 88".
+std::string with_error(double value, double error);
 /// "0.98", "above 0.99", "below 0.01".
 std::string probability(double value);
 /// "93 %", a dash for what is not finite.
@@ -31,7 +35,8 @@ std::string effect_title(const std::string& effect);
 /// "joint_2", or "the arm".
 std::string place_words(const std::string& place);
 
-/// Unit of a residual's joint entry ("joint_2", "joint_2.velocity") in this scenario; "" where the scenario does not say.
+/// Unit of a residual's joint entry ("joint_2", "joint_2.velocity") in this scenario; "" where it does
+/// not say.
 std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, const std::string& entry);
 
 /// Value of an entry; NaN where it is absent.

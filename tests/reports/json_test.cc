@@ -1,0 +1,95 @@
+#include "reports/json.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/reports/sample.h"
+
+namespace lacuna {
+namespace {
+
+using Json = nlohmann::json;
+
+void expect_keys(const Json& object, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys) EXPECT_TRUE(object.contains(key)) << key << " is missing in " << object.dump();
+}
+
+TEST(DiagnosisJson, HoldsEveryKeyOfTheContract) {
+  const Json out = Json::parse(to_json(sample::diagnosis(), sample::context()));
+  expect_keys(out, {"format", "scenario", "engine", "seed", "version", "verdict", "findings", "unexplained", "fit",
+                    "parameters", "seconds", "context", "candidates", "engines", "identifiability", "step", "notes"});
+  EXPECT_EQ(out["format"], "lacuna-diagnosis/1");
+  EXPECT_EQ(out["verdict"], "missing_physics");
+  EXPECT_EQ(out["version"], "0.1.0");
+  expect_keys(out["unexplained"], {"present", "where", "regions", "share"});
+  expect_keys(out["fit"], {"noise", "before", "after"});
+  for (const char* when : {"before", "after"}) expect_keys(out["fit"][when], {"train", "validate", "test"});
+  EXPECT_DOUBLE_EQ(out["fit"]["before"]["test"]["joint_2"], 1.2e-3);
+  EXPECT_DOUBLE_EQ(out["fit"]["noise"]["joint_2"], 3e-4);
+  expect_keys(out["parameters"]["joint_2.gain"], {"value", "ci95", "unit", "identifiable", "at_bound"});
+}
+
+TEST(DiagnosisJson, FindingHoldsEveryKeyOfTheContract) {
+  const Json out = Json::parse(to_json(sample::diagnosis(), sample::context()));
+  ASSERT_EQ(out["findings"].size(), 1u);
+  const Json& finding = out["findings"][0];
+  expect_keys(finding,
+              {"effect", "where", "probability", "rivals", "class", "parameters", "evidence", "separating_experiment"});
+  expect_keys(finding["rivals"][0], {"effect", "where", "probability"});
+  expect_keys(finding["evidence"], {"times", "regions", "p_value", "heldout_gain", "heldout_share", "stability"});
+  EXPECT_EQ(finding["where"], "joint_2");
+  EXPECT_EQ(finding["class"], Json({"coulomb_friction", "stribeck_friction"}));
+  EXPECT_EQ(finding["parameters"]["Fc"]["ci95"], Json::array({23.9, 25.5}));
+  EXPECT_TRUE(finding["separating_experiment"].is_null());
+}
+
+TEST(DiagnosisJson, NamesTheRecordingOfEveryInterval) {
+  const Json evidence = Json::parse(to_json(sample::diagnosis(), sample::context()))["findings"][0]["evidence"];
+  EXPECT_EQ(evidence["times"], Json::array({{2.1, 2.4}, {5.0, 5.5}}));
+  EXPECT_EQ(evidence["recording"], Json::array({"train_1.csv", "train_2.csv"}));
+}
+
+TEST(DiagnosisJson, NumbersThatAreNotFiniteBecomeNull) {
+  Diagnosis d = sample::diagnosis();
+  d.after.rms[2].second[1].second = sample::kNan;
+  const Json out = Json::parse(to_json(d, sample::context()));
+  EXPECT_TRUE(out["fit"]["after"]["test"]["joint_2"].is_null());
+  EXPECT_TRUE(out["parameters"]["link_6.mass"]["ci95"][1].is_null());
+  EXPECT_TRUE(out["identifiability"]["condition"].is_null());
+  EXPECT_TRUE(out["candidates"][0][1]["heldout_gain"].is_null());
+}
+
+TEST(DiagnosisJson, EmptyDiagnosisHasEmptyListsAndMaps) {
+  const Json out = Json::parse(to_json(Diagnosis{}, Context{}));
+  EXPECT_EQ(out["findings"], Json::array());
+  EXPECT_EQ(out["parameters"], Json::object());
+  EXPECT_EQ(out["fit"]["noise"], Json::object());
+  EXPECT_EQ(out["verdict"], "consistent");
+}
+
+TEST(DiagnosisJson, AnyBytesAreWritten) {
+  EXPECT_NO_THROW({
+    const Json out = Json::parse(to_json(sample::hostile_diagnosis(), sample::context()));
+    EXPECT_EQ(out["notes"].size(), 1u);
+  });
+}
+
+TEST(DiagnosisJson, SameInputSameText) {
+  EXPECT_EQ(to_json(sample::diagnosis(), sample::context()), to_json(sample::diagnosis(), sample::context()));
+}
+
+TEST(FitJson, CarriesContextAndOneRecordPerEngine) {
+  std::vector<FitResult> fits{sample::fit(1e-3), sample::fit(1e-3)};
+  fits[1].engine = "mujoco";
+  const Json out = Json::parse(to_json(fits, "seed", sample::context()));
+  expect_keys(out["context"], {"date", "host", "cpu", "compiler", "flags", "engine_versions", "commit", "seed",
+                               "threads", "command_line"});
+  ASSERT_EQ(out["engines"].size(), 2u);
+  EXPECT_EQ(out["engines"][1]["engine"], "mujoco");
+  expect_keys(out["engines"][0], {"parameters", "rms", "identifiability", "step", "optimizer", "seconds"});
+  EXPECT_TRUE(out["engines"][0]["history"]["median"][0].is_null());
+}
+
+}  // namespace
+}  // namespace lacuna

@@ -1,0 +1,123 @@
+#include "reports/report.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "scenarios/error.h"
+#include "scenarios/files.h"
+#include "tests/reports/sample.h"
+
+namespace lacuna {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Folder : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = fs::temp_directory_path() / ("lacuna-" + std::string(test->name()) + "-" + std::to_string(::getpid()));
+    fs::create_directories(path_);
+  }
+  void TearDown() override { fs::remove_all(path_); }
+  static std::string read(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  fs::path path_;
+};
+
+using WriteReport = Folder;
+
+/// Nothing in the page asks a browser for anything outside it, nor runs.
+void expect_self_contained(const std::string& page) {
+  for (const char* word : {"http://", "https://", "<script", "<link", "<iframe", "<object", "@import", "url(",
+                           "src=\"/", "src='", "href=\"/", "href='", " onload", " onerror", "javascript:"})
+    EXPECT_EQ(page.find(word), std::string::npos) << word;
+  for (std::size_t at = 0; (at = page.find(" src=\"", at)) != std::string::npos; ++at)
+    EXPECT_EQ(page.compare(at, 27, " src=\"data:image/png;base64"), 0) << page.substr(at, 60);
+  for (std::size_t at = 0; (at = page.find("href=\"", at)) != std::string::npos; ++at) EXPECT_EQ(page[at + 6], '#');
+}
+
+TEST(DiagnosisPage, IsSelfContained) {
+  const Picture pose{"featherstone", {0x89, 'P', 'N', 'G'}};
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), std::span(&pose, 1));
+  expect_self_contained(page);
+  EXPECT_NE(page.find("data:image/png;base64,iVBORw=="), std::string::npos);
+}
+
+TEST(DiagnosisPage, OpensWithTheVerdict) {
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
+  const std::size_t verdict = page.find("Coulomb friction at joint_2 was left out");
+  ASSERT_NE(verdict, std::string::npos);
+  EXPECT_LT(verdict, page.find("<section"));
+}
+
+TEST(DiagnosisPage, HasEverySection) {
+  const Picture pose{"featherstone", {1, 2, 3}};
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), std::span(&pose, 1));
+  for (const char* title :
+       {"Findings", "Before and after", "Residuals", "What was tried", "Parameters", "What the data determine",
+        "Engines", "Pictures", "Population search", "Notes", "Method", "Context"})
+    EXPECT_NE(page.find("<h2>" + std::string(title) + "</h2>"), std::string::npos) << title;
+}
+
+TEST(DiagnosisPage, InputCannotBecomeMarkup) {
+  Context context = sample::context();
+  context.command_line = "<script>alert(1)</script>";
+  const Picture pose{"\"><script>alert(2)</script>", {1, 2, 3}};
+  const std::string page = diagnosis_page(Scenario{}, sample::hostile_diagnosis(), context, std::span(&pose, 1));
+  expect_self_contained(page);
+  EXPECT_EQ(page.find("alert('"), std::string::npos);
+  EXPECT_EQ(page.find('\xff'), std::string::npos);
+  EXPECT_NE(page.find("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;"), std::string::npos);
+}
+
+TEST(DiagnosisPage, OfNothingIsStillAPage) {
+  expect_self_contained(diagnosis_page(Scenario{}, Diagnosis{}, Context{}, {}));
+}
+
+TEST(FitPage, ComparesEngines) {
+  std::vector<FitResult> fits{sample::fit(1e-3), sample::fit(2e-3)};
+  fits[1].engine = "mujoco";
+  fits[1].estimates.pop_back();
+  const std::vector<Trace> traces{sample::trace("joint_2")};
+  const std::string page = fit_page(Scenario{}, fits, sample::context(), {}, traces);
+  expect_self_contained(page);
+  EXPECT_NE(page.find("Engines side by side"), std::string::npos);
+  expect_self_contained(fit_page(Scenario{}, {}, Context{}, {}));
+}
+
+TEST_F(WriteReport, WritesPageAndRecord) {
+  write_diagnosis_report(path_ / "new" / "folder", Scenario{}, sample::diagnosis(), sample::context(), {});
+  EXPECT_EQ(nlohmann::json::parse(read(path_ / "new/folder/diagnosis.json"))["format"], "lacuna-diagnosis/1");
+  EXPECT_TRUE(read(path_ / "new/folder/report.html").starts_with("<!DOCTYPE html>"));
+  write_fit_report(path_, Scenario{}, sample::fit(1e-3), sample::context(), {});
+  EXPECT_EQ(nlohmann::json::parse(read(path_ / "fit.json"))["format"], "lacuna-fit/1");
+}
+
+TEST_F(WriteReport, LeavesNoUnfinishedFilesBehind) {
+  write_fit_report(path_, Scenario{}, sample::fit(1e-3), sample::context(), {});
+  EXPECT_EQ(std::distance(fs::directory_iterator(path_), fs::directory_iterator()), 2);
+}
+
+TEST_F(WriteReport, FailureIsAWorkError) {
+  std::ofstream(path_ / "file") << "not a folder";
+  EXPECT_THROW(write_fit_report(path_ / "file", Scenario{}, sample::fit(1e-3), sample::context(), {}), WorkError);
+}
+
+TEST_F(WriteReport, FailureLeavesTheOldFile) {
+  // The longest name a file can have leaves no room for the neighbour that is written first.
+  const fs::path file = path_ / std::string(255, 'r');
+  std::ofstream(file) << "old";
+  EXPECT_THROW(write_file_atomically(file, "new"), WorkError);
+  EXPECT_EQ(read(file), "old");
+}
+
+}  // namespace
+}  // namespace lacuna

@@ -1,0 +1,131 @@
+// A made-up diagnosis with everything in it, and what tests look for in pages.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "diagnosis/diagnosis.h"
+#include "reports/context.h"
+
+namespace lacuna::sample {
+
+inline const double kNan = std::numeric_limits<double>::quiet_NaN();
+inline const double kInf = std::numeric_limits<double>::infinity();
+
+inline FitResult fit(double rms) {
+  FitResult f;
+  f.engine = "featherstone";
+  f.optimizer = "ga+lsq";
+  f.estimates = {{"joint_2.gain", "N m/V", 182.9, 182.0, 183.8, true, false, false},
+                 {"link_6.mass", "kg", 1.2, -kInf, kInf, false, true, true}};
+  f.point = {182.9, 1.2};
+  f.identifiability.rank = 1;
+  f.identifiability.condition = kInf;
+  f.identifiability.undetermined = {{2.5, {0.0, 1.0}}};
+  f.undetermined = {"1.00 link_6.mass"};
+  for (const Role role : {Role::train, Role::validate, Role::test})
+    f.rms.emplace_back(role, JointRms{{"joint_1", 3.1e-4}, {"joint_2", rms}});
+  f.history = {{10.0, kInf, kInf, 1.0, 70, 0.1}, {2.0, 8.0, 9.0, 0.5, 140, 0.2}};
+  f.step = {0.0025, 0.03};
+  f.seconds = 4.5;
+  return f;
+}
+
+inline Finding finding() {
+  Finding f;
+  f.effect = "coulomb_friction";
+  f.place = "joint_2";
+  f.probability = 0.98;
+  f.rivals = {{"stribeck_friction", "joint_2", 0.02}};
+  f.members = {"coulomb_friction", "stribeck_friction"};
+  f.parameters = {{"Fc", "N m", 24.7, 23.9, 25.5, true, false, false}};
+  f.times = {{"train_1.csv", 2.1, 2.4}, {"train_2.csv", 5.0, 5.5}};
+  f.regions = {"joint_2 velocity sign changes"};
+  f.p_value = 1e-12;
+  f.heldout_gain = 1234.5;
+  f.heldout_error = 88.0;
+  f.heldout_share = 0.93;
+  f.stability = 0.97;
+  return f;
+}
+
+inline Trace trace(const std::string& joint) {
+  Trace t{"test_1.csv", joint, "rad", {}, {}, {}, {}};
+  for (int i = 0; i < 4000; ++i) {
+    const double x = 0.005 * i;
+    t.time.push_back(x);
+    t.measured.push_back(i == 100 ? kNan : std::sin(x));
+    t.before.push_back(std::sin(x) + 0.01);
+    t.after.push_back(std::sin(x) + 1e-4);
+  }
+  return t;
+}
+
+inline Diagnosis diagnosis() {
+  Diagnosis d;
+  d.scenario = "d03";
+  d.engine = "featherstone";
+  d.verdict = Verdict::missing_physics;
+  d.findings = {finding()};
+  d.unexplained.share = 0.02;
+  d.noise = {{"joint_1", 3e-4}, {"joint_2", 3e-4}};
+  d.before = fit(1.2e-3);
+  d.after = fit(3.03e-4);
+  d.rounds = {{{"coulomb_friction", "joint_2", 3000.0, 1234.5, 88.0, 0.93, 1e-12, 1, ""},
+               {"input_delay", "joint_1", 0.5, kNan, kNan, 0.0, 1.0, 1, "no better than chance"}}};
+  d.engines = {{"featherstone", true, "", d.before.rms[2].second, d.after.rms[2].second, 1.0},
+               {"ode", false, "not built", {}, {}, 0.0}};
+  d.traces = {trace("joint_1"), trace("joint_2")};
+  d.notes = {"validate_1.csv: 3 missing values left out"};
+  d.seconds = 12.3;
+  return d;
+}
+
+inline Context context() {
+  Context c;
+  c.date = "2025-01-02T03:04:05Z";
+  c.host = "host";
+  c.cpu = "cpu";
+  c.cores = 2;
+  c.compiler = "GNU 12.2.0";
+  c.flags = "-O3";
+  c.build_type = "Release";
+  c.commit = "abc1234";
+  c.version = "0.1.0";
+  c.lanes = "avx2 x 4";
+  c.engine_versions = {{"featherstone", "0.1.0"}};
+  c.seed = 7;
+  c.threads = 2;
+  c.command_line = "lacuna diagnose scenario.yaml";
+  return c;
+}
+
+/// Every string in it is an attack on the page.
+inline Diagnosis hostile_diagnosis() {
+  const std::string attack = "<script>alert('x')</script>\"&\xff\x01";
+  Diagnosis d = diagnosis();
+  d.scenario = d.engine = attack;
+  Finding& f = d.findings.front();
+  f.effect = f.place = attack;
+  f.rivals = {{attack, attack, 0.1}};
+  f.members = {attack, attack + "2"};
+  f.recordings = f.regions = {attack};
+  f.times = {{attack, 0.0, 1.0}};
+  f.parameters.front().name = f.parameters.front().unit = attack;
+  d.unexplained = {true, {attack}, {attack}, 0.5};
+  d.noise.front().first = attack;
+  for (FitResult* result : {&d.before, &d.after}) {
+    result->engine = result->optimizer = attack;
+    result->undetermined = {attack};
+    result->estimates.front().name = result->estimates.front().unit = attack;
+    for (auto& [role, rms] : result->rms) rms.front().first = attack;
+  }
+  d.rounds.front().front() = {attack, attack, 1.0, 1.0, 1.0, 1.0, 1.0, 1, attack};
+  d.engines = {{attack, false, attack, {}, {}, 0.0}, {attack, true, "", {{attack, 1.0}}, {{attack, 1.0}}, 1.0}};
+  for (Trace& t : d.traces) t.recording = t.joint = t.unit = attack;
+  d.notes = {attack};
+  return d;
+}
+
+}  // namespace lacuna::sample

@@ -1,0 +1,114 @@
+#include "reports/wording.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reports/sample.h"
+
+namespace lacuna {
+namespace {
+
+Estimate estimate(double value, double low, double high, const std::string& unit = "N m") {
+  return {"p", unit, value, low, high, true, false, false};
+}
+
+TEST(Number, ShortAndReadable) {
+  EXPECT_EQ(number(24.7), "24.7");
+  EXPECT_EQ(number(0.000015), "1.5e-5");
+  EXPECT_EQ(number(123456.7), "123457");
+  EXPECT_EQ(number(8123.4, 3), "8123");
+  EXPECT_EQ(number(0.0), "0");
+  EXPECT_EQ(number(sample::kNan), "\u2013");
+}
+
+TEST(Number, SteadyKeepsItsZeros) {
+  EXPECT_EQ(steady(4.0), "4.00");
+  EXPECT_EQ(steady(0.00031), "0.000310");
+  EXPECT_EQ(steady(400.0), "400");
+  EXPECT_EQ(steady(999.9), "1000");
+  EXPECT_EQ(steady(0.0), "0.00");
+}
+
+TEST(WithInterval, ShowsTheDigitsThatTheIntervalSupports) {
+  EXPECT_EQ(with_interval(estimate(24.7123, 23.9, 25.5)), "24.7 N m (23.9 to 25.5)");
+  EXPECT_EQ(with_interval(estimate(182.9381, 182.93, 182.95)), "182.938 N m (182.930 to 182.950)");
+  EXPECT_EQ(with_interval(estimate(1.5e-9, 1e-9, 2e-9, "m")), "1.5e-9 m (1e-9 to 2e-9)");
+  EXPECT_EQ(with_interval(estimate(3.0, 3.0, 3.0, "")), "3 (3 to 3)");
+}
+
+TEST(WithInterval, OpenEndsAreSaidInWords) {
+  EXPECT_EQ(interval(estimate(1.0, 0.5, sample::kInf)), "above 0.5");
+  EXPECT_EQ(interval(estimate(1.0, -sample::kInf, sample::kInf)), "undetermined");
+}
+
+TEST(WithError, RoundsToTheError) {
+  EXPECT_EQ(with_error(1234.5678, 88.0), "1235 \u00b1 88");
+  EXPECT_EQ(with_error(0.51234, 0.04), "0.51 \u00b1 0.04");
+  EXPECT_EQ(with_error(3.0, 0.0), "3");
+}
+
+TEST(Probability, NeverClaimsCertainty) {
+  EXPECT_EQ(probability(1.0), "above 0.99");
+  EXPECT_EQ(probability(0.98), "0.98");
+  EXPECT_EQ(probability(0.0), "below 0.01");
+}
+
+TEST(Percent, NearlyAllIsNotAll) {
+  EXPECT_EQ(percent(0.93), "93 %");
+  EXPECT_EQ(percent(0.997), "99.7 %");
+  EXPECT_EQ(percent(1.0), "100 %");
+}
+
+TEST(VerdictSentence, NamesEffectPlaceValueAndImprovement) {
+  EXPECT_EQ(
+      verdict_sentence(Scenario{}, sample::diagnosis()),
+      "Coulomb friction at joint_2 was left out (probability 0.98): Fc = 24.7 N m (23.9 to 25.5); with it the test "
+      "residual falls from 4.00 to 1.01 times the noise.");
+}
+
+TEST(VerdictSentence, SeveralFindingsShareOneSentence) {
+  Diagnosis d = sample::diagnosis();
+  d.findings.push_back(sample::finding());
+  d.findings[1].effect = "payload";
+  d.findings[1].place = "arm";
+  const std::string words = verdict_sentence(Scenario{}, d);
+  EXPECT_EQ(
+      words.rfind("Coulomb friction at joint_2 and Payload of the arm were left out; with them the test residual", 0),
+      0u)
+      << words;
+}
+
+TEST(VerdictSentence, ConsistentSaysSo) {
+  Diagnosis d = sample::diagnosis();
+  d.verdict = Verdict::consistent;
+  d.findings.clear();
+  EXPECT_EQ(verdict_sentence(Scenario{}, d).rfind("Nothing is missing: ", 0), 0u);
+}
+
+TEST(VerdictSentence, UnknownPhysicsSaysWhere) {
+  Diagnosis d = sample::diagnosis();
+  d.verdict = Verdict::unknown_physics;
+  d.findings.clear();
+  d.unexplained = {true, {"joint_3"}, {"large positions"}, 0.34};
+  EXPECT_EQ(
+      verdict_sentence(Scenario{}, d),
+      "Something is missing that the catalogue does not explain, at joint_3 (large positions): 34 % of the held-out "
+      "residual energy above the noise remains.");
+}
+
+TEST(VerdictSentence, WithoutNoiseSpeaksInUnits) {
+  Diagnosis d = sample::diagnosis();
+  d.noise.clear();
+  const std::string words = verdict_sentence(Scenario{}, d);
+  EXPECT_NE(words.find("from 0.00120 to 0.000303 rad rms"), std::string::npos) << words;
+}
+
+TEST(VerdictSentence, OfNothingIsStillASentence) {
+  for (const Verdict verdict : {Verdict::consistent, Verdict::missing_physics, Verdict::unknown_physics}) {
+    Diagnosis d;
+    d.verdict = verdict;
+    EXPECT_TRUE(verdict_sentence(Scenario{}, d).ends_with("."));
+  }
+}
+
+}  // namespace
+}  // namespace lacuna
