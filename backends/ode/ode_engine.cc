@@ -327,6 +327,7 @@ class OdeEngine final : public Engine {
   }
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
+    inertials.reserve(static_cast<std::size_t>(robot->dof()));
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
     return std::make_unique<OdeDynamics>(std::move(robot), gravity, std::move(inertials));
   }

@@ -342,6 +342,7 @@ class SimbodyEngine final : public Engine {
   }
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
+    inertials.reserve(static_cast<std::size_t>(robot->dof()));
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
     const std::string name = robot->name();
     try {

@@ -447,6 +447,7 @@ TEST_P(EngineConformance, ThreadsBuildAndComputeAtOnce) {
   run(alone);
   std::vector<std::vector<Numbers>> results(threads);
   std::vector<std::thread> pool;
+  pool.reserve(threads);
   for (int t = 0; t < threads; ++t) pool.emplace_back([&, t] { run(results[static_cast<std::size_t>(t)]); });
   for (std::thread& thread : pool) thread.join();
   for (const std::vector<Numbers>& result : results) EXPECT_EQ(result, alone) << name();

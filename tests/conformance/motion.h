@@ -59,7 +59,7 @@ inline Momentum momentum(Dynamics& dynamics, const std::vector<double>& q, const
     const Eigen::Matrix3d spin = (after[i].linear() - before[i].linear()) / (2.0 * half) * now[i].linear().transpose();
     const Eigen::Vector3d omega =
         0.5 * Eigen::Vector3d(spin(2, 1) - spin(1, 2), spin(0, 2) - spin(2, 0), spin(1, 0) - spin(0, 1));
-    sum.linear.push_back(body.mass * rate);
+    sum.linear.emplace_back(body.mass * rate);
     sum.angular += (now[i] * body.com).cross(body.mass * rate) +
                    now[i].linear() * body.inertia * now[i].linear().transpose() * omega;
   }
