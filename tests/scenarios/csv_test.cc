@@ -100,7 +100,7 @@ TEST(Csv, NumbersAreTheNearestDoubles) {
       if (d == dot) number += '.';
       number += static_cast<char>('0' + random() % 10);
     }
-    if (i % 3 == 0) number += "e" + std::to_string(exponent(random));
+    if (i % 3 == 0) number.append("e").append(std::to_string(exponent(random)));
     written.push_back(number);
     text += number + "\n";
   }

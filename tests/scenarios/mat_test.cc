@@ -112,10 +112,25 @@ TEST(Mat, RefusesSizesThatTheFileCannotHold) {
   const TemporaryFolder folder;
   MatWriter writer(false);
   writer.array<double>("t", 6, 9, 2'000'000'000, 1, {0, 1});
-  EXPECT_THAT(refusal(folder, writer.bytes()), HasSubstr("t: found "));
+  EXPECT_THAT(refusal(folder, writer.bytes()), HasSubstr("bad.mat: found 16 bytes for 2000000000 values"));
   std::string cut = bytes_of({{"t", {0, 1, 2, 3}}});
   cut.resize(cut.size() - 9);
-  EXPECT_THAT(refusal(folder, cut), HasSubstr("expected a whole file"));
+  EXPECT_THAT(refusal(folder, cut), HasSubstr("expected an intact MATLAB file"));
+}
+
+TEST(Mat, RefusesACompressedStructThatLiesAboutItsFields) {
+  // 187 bytes that keep matio alone busy until memory ends.
+  const auto file = std::filesystem::path(LACUNA_SOURCE_DIR) / "tests/scenarios/data/lying_struct_compressed.mat";
+  EXPECT_THAT(input_error([&] { load_recording(file, "lying.mat"); }),
+              testing::AllOf(HasSubstr("lying.mat: found "), HasSubstr("expected an intact MATLAB file")));
+}
+
+TEST(Mat, RefusesOtherClassesByName) {
+  MatWriter sparse(false);
+  sparse.vector<double>("s", 5, 9, {1, 2});
+  const TemporaryFolder folder;
+  EXPECT_THAT(refusal(folder, sparse.bytes()),
+              HasSubstr("found the variable \"s\" of array class 5, expected numeric vectors"));
 }
 
 }  // namespace
