@@ -1,8 +1,9 @@
 // ODE 0.16 as an acceleration oracle.
 //
-// ODE has no joint accelerations: it only steps bodies in maximal coordinates. A step of length h from body velocities V0
-// under forces f returns the V1 that holds the joints of the PRESENT configuration, J V1 = 0 (ERP = CFM = 0), and is
-// nearest to V0 + h M^-1 f in the metric of the body masses M. With the joints' motion space V = S(q) v this is
+// ODE has no joint accelerations: it only steps bodies in maximal coordinates. A step of length h from body
+// velocities V0 under forces f returns the V1 that holds the joints of the PRESENT configuration, J V1 = 0 (ERP = CFM
+// = 0), and is nearest to V0 + h M^-1 f in the metric of the body masses M. With the joints' motion space V = S(q) v
+// this is
 //
 //   V1 = S u,   u = (S' M S)^-1 S' (M V0 + h f).                                                                  (1)
 //
@@ -16,8 +17,8 @@
 // oracle it is switched off and the exact torque applied; for native steps ODE's own is on.
 //
 // Error of (2): no truncation, only rounding. u carries about eps |V|, so its quotient by h carries eps |V| / h: 1e-13
-// for 10 rad/s and oracle_step = 10 ms; the solve adds eps kappa |a| with kappa the condition of J M^-1 J', the share of
-// the constraint forces that cancels. Measured on random trees of 1 to 30 joints (tests/conformance), the worst of
+// for 10 rad/s and oracle_step = 10 ms; the solve adds eps kappa |a| with kappa the condition of J M^-1 J', the share
+// of the constraint forces that cancels. Measured on random trees of 1 to 30 joints (tests/conformance), the worst of
 // 1,000 states each is 6e-12 of |a|. A body without inertia of its own adds least_inertia, 1e-8.
 #include <ode/ode.h>
 
@@ -161,8 +162,8 @@ class OdeDynamics final : public Dynamics {
   }
 
   // A run of ODE seen in joint coordinates. The velocity of step n was found in the configuration of step n - 1, which
-  // is q - h v, and is handed on as it is. Where ODE would let the joints drift apart and pull them back (ERP), they are
-  // put together exactly.
+  // is q - h v, and is handed on as it is. Where ODE would let the joints drift apart and pull them back (ERP), they
+  // are put together exactly.
   void do_native_step(const std::string& integrator, double* q, double* v, const double* tau, double step) override {
     const bool quick = integrator == "quickstep";
     if (!quick && integrator != "step") {

@@ -21,9 +21,9 @@ namespace {
 using Eigen::Vector2d;
 using Numbers = std::vector<double>;
 
-/// Acceleration difference over the acceleration's norm: rounding, 1e-16, times the condition of a 30-joint mass matrix,
-/// up to 1e5, with two decades to spare. ODE, of which 1e-5 is asked, has rounding only as well (derived in its source),
-/// times the condition of all joint constraints together.
+/// Acceleration difference over the acceleration's norm: rounding, 1e-16, times the condition of a 30-joint mass
+/// matrix, up to 1e5, with two decades to spare. ODE, of which 1e-5 is asked, has rounding only as well (derived in
+/// its source), times the condition of all joint constraints together.
 constexpr double acceleration_tolerance = 1e-9;
 
 /// ODE lends a point mass a least inertia of 1e-8 of what it has about its frame, in three directions.

@@ -1,4 +1,5 @@
-// Motion through an engine's forward dynamics, integrated by the tests themselves, and its momentum read off body poses.
+// Motion through an engine's forward dynamics, integrated by the tests themselves, and its momentum read off body
+// poses.
 #pragma once
 
 #include <vector>

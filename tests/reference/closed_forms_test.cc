@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// The energy's rate along the closed-form motion, by central differences over 1e-5 s. Truncation: h^2 = 1e-10 times third
-// derivatives of the energy, some hundred J/s^3; rounding: 1e-16 of 50 J over h, 1e-9 W.
+// The energy's rate along the closed-form motion, by central differences over 1e-5 s. Truncation: h^2 = 1e-10 times
+// third derivatives of the energy, some hundred J/s^3; rounding: 1e-16 of 50 J over h, 1e-9 W.
 constexpr double difference_step = 1e-5;
 constexpr double power_tolerance = 1e-6;
 

@@ -1,5 +1,5 @@
-// Two bars in a vertical plane in closed form. Bar i: mass m_i, centre of mass c_i below its joint, inertia I_i about it;
-// the second joint hangs L below the first. q_1 from hanging, q_2 relative to the first bar.
+// Two bars in a vertical plane in closed form. Bar i: mass m_i, centre of mass c_i below its joint, inertia I_i about
+// it; the second joint hangs L below the first. q_1 from hanging, q_2 relative to the first bar.
 //
 // With absolute angles p_1 = q_1, p_2 = q_1 + q_2 and d = p_1 - p_2:
 //   kinetic    1/2 (I_1 + m_1 c_1^2 + m_2 L^2) p_1'^2 + 1/2 (I_2 + m_2 c_2^2) p_2'^2 + m_2 L c_2 cos(d) p_1' p_2'
