@@ -194,6 +194,7 @@ Html residual_section(const Scenario& scenario, const Diagnosis& d) {
 
 Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
   std::vector<const Candidate*> order;
+  order.reserve(round.size());
   for (const Candidate& candidate : round) order.push_back(&candidate);
   const auto rank = [](const Candidate* c) { return std::isfinite(c->heldout_gain) ? c->heldout_gain : -HUGE_VAL; };
   std::stable_sort(order.begin(), order.end(), [&](auto* a, auto* b) { return rank(a) > rank(b); });
@@ -297,7 +298,7 @@ std::vector<std::string> leading_joints(const Diagnosis& d) {
   };
   out.erase(std::remove_if(out.begin(), out.end(), [&](const std::string& joint) { return !drawn(joint); }), out.end());
   // Nothing to lead with on a robot of many joints: all of them small.
-  if (out.empty() && d.traces.size() > 2) out.push_back("");
+  if (out.empty() && d.traces.size() > 2) out.emplace_back();
   return out;
 }
 

@@ -24,7 +24,7 @@ struct Html {
 
 /// The text with & < > " ' escaped, and what XML does not allow (control characters, invalid UTF-8) shown as U+FFFD.
 /// Good for element content and for quoted attributes.
-std::string escape(std::string_view text);
+std::string escape(std::string_view any);
 
 /// Any text as markup.
 Html text(std::string_view any);

@@ -226,7 +226,7 @@ Html facts(const std::vector<std::pair<std::string, Html>>& entries) {
 Html context_section(const Context& c) {
   std::vector<std::string> engine_versions;
   for (const auto& [engine, version_text] : c.engine_versions)
-    engine_versions.push_back(version_text.empty() ? engine : engine + " " + version_text);
+    engine_versions.push_back(version_text.empty() ? engine : fmt::format("{} {}", engine, version_text));
   return facts({{"command", element("code", text(c.command_line))},
                 {"date", text(c.date)},
                 {"lacuna", text(fmt::format("{} (commit {})", c.version, c.commit))},
