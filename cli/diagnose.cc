@@ -1,0 +1,133 @@
+// `lacuna diagnose`: what the scenario's model leaves out, where, and how much.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/files.h"
+#include "cli/identify_flags.h"
+#include "cli/pictures.h"
+#include "cli/progress.h"
+#include "cli/table.h"
+#include "diagnosis/checkpoint.h"
+#include "diagnosis/diagnosis.h"
+#include "reports/json.h"
+#include "reports/wording.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DiagnoseFlags {
+  IdentifyFlags identify;
+  bool no_engines = false;
+};
+
+constexpr const char* kScenarioName = "scenario.diagnosed.yaml";
+
+/// Refuses at once what the diagnosis would refuse later.
+void check(const Scenario& scenario) {
+  const PlantModel model(scenario);
+  const SearchSpace space(model, scenario);
+  if (make_experiment(scenario).with_role(Role::train).empty())
+    throw InputError(scenario.file.string() + ": recordings", "none with role train", "at least one");
+}
+
+Diagnosis run_diagnosis(Session& session, const DiagnoseFlags& flags, const Scenario& scenario,
+                        const fs::path& folder) {
+  DiagnoseOptions options;
+  options.identify = flags.identify.understood(session, engine_named(flags.identify.engine));
+  options.other_engines = !flags.no_engines;
+  RunControl& control = options.identify.control;
+  control.checkpoint = folder / "checkpoint.json";
+  session.resumable = control.checkpoint.string();
+  std::vector<std::string> words = flags.identify.words();
+  words.push_back(flags.identify.engine);
+  words.push_back(fmt::format("generations {} seed {}", flags.identify.generations, session.seed));
+  control.problem = fingerprint(scenario, words);
+  ProgressLine progress("preparing");
+  control.progress = progress.callback();
+  return diagnose(scenario, options);
+}
+
+std::vector<std::string> marked_joints(const Scenario& scenario, const Diagnosis& diagnosis) {
+  std::vector<std::string> out;
+  for (const Finding& finding : diagnosis.findings)
+    if (scenario.robot->find_joint(finding.place)) out.push_back(finding.place);
+  for (const std::string& place : diagnosis.unexplained.where)
+    if (scenario.robot->find_joint(place)) out.push_back(place);
+  return out;
+}
+
+/// The scenario that runs again as it is, and the robot beside it.
+std::vector<std::string> write_model(const fs::path& folder, const Scenario& scenario, const Diagnosis& diagnosis) {
+  Scenario diagnosed = diagnosed_scenario(scenario, diagnosis);
+  diagnosed.name += "-diagnosed";
+  // Link masses come before the effects in the list of values: the plain plant reads them.
+  const PlantModel plain(scenario);
+  return write_model_files(folder, kScenarioName, scenario, diagnosed, plain.link_masses(diagnosis.after.values));
+}
+
+std::string findings_table(const Diagnosis& diagnosis) {
+  Table table({"effect", "where", ">probability", "parameters", "may as well be"});
+  for (const Finding& finding : diagnosis.findings) {
+    std::vector<std::string> parameters, others;
+    for (const Estimate& estimate : finding.parameters)
+      parameters.push_back(estimate.name + " = " + with_interval(estimate));
+    for (const std::string& name : finding.members)
+      if (name != finding.effect) others.push_back(name);
+    table.add({finding.effect, finding.place, probability(finding.probability), list_of(parameters), list_of(others)});
+  }
+  return table.empty() ? "" : table.str() + "\n";
+}
+
+std::string summary(const Scenario& scenario, const Diagnosis& diagnosis) {
+  std::string out = wrapped(verdict_sentence(scenario, diagnosis), 110, 0) + "\n\n" + findings_table(diagnosis);
+  const Role role = judged_role(diagnosis.before);
+  Table table({fmt::format("residual rms, {}", to_string(role)), ">before", ">after", ">noise", "unit"});
+  for (const auto& [entry, before] : rms_in(diagnosis.before, role))
+    table.add({entry, steady(before), steady(entry_of(rms_in(diagnosis.after, role), entry)),
+               steady(entry_of(diagnosis.noise, entry)), residual_unit(scenario, &diagnosis, entry)});
+  return out + table.str();
+}
+
+void run(Session& session, const DiagnoseFlags& flags) {
+  engine_named(flags.identify.engine);
+  flags.identify.understood(session, flags.identify.engine);  // refuses unknown names at once
+  const Scenario scenario = load_scenario(session.scenario_file);
+  check(scenario);
+  log_notes(scenario.notes);
+  const fs::path folder = session.output_folder(scenario);
+  refuse_overwriting(scenario.file, folder / kScenarioName);
+  const Diagnosis diagnosis = run_diagnosis(session, flags, scenario, folder);
+  std::vector<std::string> written = write_model(folder, scenario, diagnosis);
+  const std::vector<Picture> pictures = report_pictures(folder, scenario, marked_joints(scenario, diagnosis));
+  const Context context = session.context();
+  write_diagnosis_report(folder, scenario, diagnosis, context, pictures);
+  DiagnosisCheckpoint::remove(folder / "checkpoint.json");
+  if (session.json) {
+    print(to_json(diagnosis, context) + "\n");
+    return;
+  }
+  written.insert(written.begin(), {"report.html", "diagnosis.json"});
+  print(summary(scenario, diagnosis) +
+        fmt::format("\n{}; written to {}: {}\n", duration(diagnosis.seconds), folder.string(), list_of(written)));
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& app, Session& session) {
+  auto flags = std::make_shared<DiagnoseFlags>();
+  flags->identify.generations = 20;
+  CLI::App& command = add_scenario_command(
+      app, session, "diagnose",
+      "Finds the physics that the model leaves out: where, what, how much, and how far the fit improves.\n"
+      "Writes diagnosis.json, report.html, scenario.diagnosed.yaml and the identified robot to -o DIR, else\n"
+      "out/<name>; interrupted, the same command resumes",
+      "lacuna diagnose my_arm/scenario.yaml -o out/my_arm", [&session, flags] { run(session, *flags); });
+  flags->identify.add_to(command, false);
+  command.add_flag("--no-engines", flags->no_engines, "Leaves out the check of the found model on the other engines");
+}
+
+}  // namespace lacuna

@@ -1,0 +1,117 @@
+// `lacuna`: reads the command line, runs one subcommand, and turns every failure into one line and an exit code.
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <stdexcept>
+
+#include "cli/command.h"
+#include "scenarios/error.h"
+#include "scenarios/text.h"
+
+namespace lacuna {
+
+// The subcommands, one file each, in the order of the help.
+AddCommand add_engines, add_effects, add_simulate, add_identify, add_diagnose, add_render, add_export;
+
+namespace {
+
+constexpr AddCommand* kCommands[] = {
+    add_engines,   //
+    add_effects,   //
+    add_simulate,  //
+    add_identify,  //
+    add_diagnose,  //
+    add_render,    //
+    add_export,
+};
+
+constexpr int kBadInput = 2, kNotDone = 3, kInterrupted = 130;
+
+/// One line on standard error, whatever the message holds.
+int fail(int code, const std::string& message) {
+  std::cerr << "lacuna: " << printable(message, 2000) << std::endl;
+  return code;
+}
+
+std::string joined(int argc, char** argv) {
+  std::string out;
+  for (int i = 0; i < argc; ++i) out += (i > 0 ? " " : "") + std::string(argv[i]);
+  return out;
+}
+
+void send_logs_to_standard_error() {
+  auto logger = spdlog::stderr_logger_mt("lacuna");
+  logger->set_pattern("lacuna: %l: %v");
+  spdlog::set_default_logger(std::move(logger));
+}
+
+void describe(CLI::App& app) {
+  app.name("lacuna");
+  app.description("Finds the physics that a robot simulation leaves out.");
+  app.set_version_flag("--version", std::string("lacuna ") + version(), "The version, and nothing else");
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  lacuna diagnose my_arm/scenario.yaml -o out/my_arm      what the model leaves out, with a report\n"
+      "  lacuna identify my_arm/scenario.yaml --engine mujoco    its parameters, with intervals\n"
+      "  lacuna simulate my_arm/scenario.yaml > simulated.csv    what the model predicts\n"
+      "  lacuna COMMAND --help                                   options of one command\n\n"
+      "Exit codes: 0 done; 2 bad usage or input; 3 the work could not be done; 130 interrupted.");
+}
+
+std::string interrupted_message(const Session& session) {
+  std::error_code ignored;
+  if (session.resumable.empty() || !std::filesystem::exists(session.resumable, ignored)) return "interrupted";
+  return "interrupted; the same command resumes from " + session.resumable;
+}
+
+int run(Session& session) {
+  try {
+    session.run();
+    return 0;
+  } catch (const Interrupted&) {
+    return fail(kInterrupted, interrupted_message(session));
+  } catch (const InputError& error) {
+    return fail(kBadInput, error.what());
+  } catch (const std::invalid_argument& error) {
+    return fail(kBadInput, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kNotDone, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(kNotDone, error.what());
+  }
+}
+
+int main_program(int argc, char** argv) {
+  send_logs_to_standard_error();
+  watch_signals();
+  Session session;
+  session.command_line = joined(argc, argv);
+  CLI::App app;
+  describe(app);
+  for (AddCommand* add : kCommands) add(app, session);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return fail(kBadInput,
+                std::string(error.what()) + "; `lacuna --help` and `lacuna COMMAND --help` list what there is");
+  }
+  if (session.threads < 1) session.threads = default_threads();
+  return run(session);
+}
+
+}  // namespace
+}  // namespace lacuna
+
+int main(int argc, char** argv) {
+  try {
+    return lacuna::main_program(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "lacuna: " << error.what() << std::endl;
+    return 3;
+  }
+}

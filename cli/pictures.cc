@@ -1,0 +1,124 @@
+#include "cli/pictures.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "backends/engine.h"
+#include "cli/command.h"
+#include "render/snapshot.h"
+#include "scenarios/error.h"
+#include "scenarios/text.h"
+
+namespace lacuna {
+namespace {
+
+const std::vector<double>& column_of(const Recording& data, const std::string& name) {
+  return data.columns[static_cast<std::size_t>(data.find(name))];
+}
+
+/// Linear between the nearest samples that hold a value; 0 where none does.
+double value_at(const std::vector<double>& time, const std::vector<double>& values, double t) {
+  const auto after = static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), t) - time.begin());
+  std::size_t right = after, left = after;
+  while (right < time.size() && !std::isfinite(values[right])) ++right;
+  while (left > 0 && !std::isfinite(values[left - 1])) --left;
+  if (right == time.size()) return left > 0 ? values[left - 1] : 0.0;
+  if (left == 0 || time[right] <= t) return values[right];
+  const double share = (t - time[left - 1]) / (time[right] - time[left - 1]);
+  return values[left - 1] + share * (values[right] - values[left - 1]);
+}
+
+/// The entry that a picture for a report is taken from.
+const RecordingSpec* picture_recording(const Scenario& scenario) {
+  for (const RecordingSpec& spec : scenario.recordings)
+    if (spec.role == Role::test) return &spec;
+  return scenario.recordings.empty() ? nullptr : &scenario.recordings.front();
+}
+
+std::vector<std::vector<Eigen::Isometry3d>> link_poses(const Scenario& scenario, const std::vector<Pose>& poses,
+                                                       const std::string& engine) {
+  const auto dynamics = find_engine(engine).build(scenario.robot, scenario.gravity);
+  std::vector<std::vector<Eigen::Isometry3d>> out;
+  std::vector<Eigen::Isometry3d> bodies;
+  for (const Pose& pose : poses) {
+    dynamics->body_poses(pose.q, bodies);
+    out.push_back(scenario.robot->link_poses(bodies));
+  }
+  return out;
+}
+
+}  // namespace
+
+Pose pose_at(const Scenario& scenario, const RecordingSpec& spec, double time) {
+  const Recording& data = *spec.data;
+  const std::vector<double>& clock = column_of(data, scenario.channels.time);
+  if (!(time >= clock.front() && time <= clock.back())) {
+    throw InputError(printable(spec.file) + ": time", format_number(time) + " s",
+                     fmt::format("a time from {} to {} s", format_number(clock.front()), format_number(clock.back())));
+  }
+  Pose out;
+  out.words = fmt::format("{}, t = {} s", std::filesystem::path(spec.file).filename().string(), format_number(time));
+  const auto positions = scenario.channels.of.find(ChannelKind::position);
+  for (const Joint& joint : scenario.robot->joints()) {
+    out.q.push_back(0.0);
+    if (positions == scenario.channels.of.end()) continue;
+    const auto at = positions->second.find(joint.name);
+    if (at == positions->second.end()) continue;
+    out.q.back() = at->second.scale * value_at(clock, column_of(data, at->second.column), time) + at->second.offset;
+  }
+  return out;
+}
+
+std::vector<Snapshot> draw(const Scenario& scenario, const std::vector<Pose>& poses,
+                           const std::vector<std::string>& engines, const PoseOptions& options) {
+  if (std::string reason; !render_available(&reason)) throw WorkError("no pictures: " + reason);
+  std::vector<std::vector<std::vector<Eigen::Isometry3d>>> of_engine;
+  for (const std::string& engine : engines) of_engine.push_back(link_poses(scenario, poses, engine));
+  const Camera camera =
+      fit_camera(*scenario.robot, of_engine.front(), static_cast<double>(options.width) / options.height);
+  SnapshotOptions snapshot;
+  snapshot.width = options.width;
+  snapshot.height = options.height;
+  for (const std::string& name : options.marked) {
+    Marker marker;
+    marker.joint = scenario.robot->find_joint(name).value_or(-1);
+    if (marker.joint >= 0) snapshot.markers.push_back(marker);
+  }
+  std::vector<Snapshot> out;
+  for (std::size_t p = 0; p < poses.size(); ++p) {
+    for (std::size_t e = 0; e < engines.size(); ++e) {
+      snapshot.caption = engines[e];
+      snapshot.subcaption = poses[p].words;
+      out.push_back({engines[e], p, render_snapshot(*scenario.robot, of_engine[e][p], camera, snapshot)});
+    }
+  }
+  return out;
+}
+
+std::vector<Picture> report_pictures(const std::filesystem::path& folder, const Scenario& scenario,
+                                     const std::vector<std::string>& marked) {
+  const RecordingSpec* spec = picture_recording(scenario);
+  if (std::string reason; !render_available(&reason)) {
+    spdlog::info("no pictures: {}", reason);
+    return {};
+  }
+  if (spec == nullptr) return {};
+  const std::vector<double>& clock = column_of(*spec->data, scenario.channels.time);
+  const double from = std::max(clock.front(), spec->from.value_or(clock.front()));
+  const double to = std::min(clock.back(), spec->to.value_or(clock.back()));
+  // On a sample of the clock, so that the caption's time is a short number.
+  const auto middle = std::lower_bound(clock.begin(), clock.end(), 0.5 * (from + to));
+  PoseOptions options;
+  options.marked = marked;
+  std::vector<Picture> out;
+  for (const Snapshot& one : draw(scenario, {pose_at(scenario, *spec, *middle)}, engines_named("all"), options)) {
+    write_png(folder / ("pose_" + one.engine + ".png"), one.image);
+    out.push_back({one.engine, encode_png(one.image)});
+  }
+  return out;
+}
+
+}  // namespace lacuna
