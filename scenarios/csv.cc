@@ -140,7 +140,7 @@ std::string take_header_field(std::string_view& line, const std::string& where) 
   while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
   if (line.empty() || line.front() != '"') {
     const std::size_t comma = line.find(',');
-    const std::string name(trimmed(line.substr(0, comma)));
+    std::string name(trimmed(line.substr(0, comma)));
     line.remove_prefix(std::min(comma, line.size()));
     return name;
   }

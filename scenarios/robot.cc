@@ -98,9 +98,10 @@ Eigen::Vector3d tip_of(const Link& link) {
 Robot::Tool find_tool(const std::vector<Link>& links) {
   for (const Link& link : links)
     if (link.name == "tool" && link.body >= 0) return {link.body, link.in_body.translation()};
-  for (auto link = links.rbegin(); link != links.rend(); ++link)
-    if (link->body >= 0 && link->inertial.mass > 0.0) return {link->body, link->in_body * tip_of(*link)};
-  return {};
+  Robot::Tool last;
+  for (const Link& link : links)
+    if (link.body >= 0 && link.inertial.mass > 0.0) last = {link.body, link.in_body * tip_of(link)};
+  return last;
 }
 
 }  // namespace

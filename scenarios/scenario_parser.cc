@@ -33,7 +33,7 @@ std::vector<std::string> joint_names(const Robot& robot) {
 
 /// A path in a scenario: relative or absolute, but within the scenario's folder tree once symlinks are resolved.
 std::string inner_path(const YamlCursor& cursor, const Scenario& scenario) {
-  const std::string written = cursor.text();
+  std::string written = cursor.text();
   if (!inside(scenario.folder(), resolve(scenario, written)))
     cursor.fail("a file in the scenario's folder or below it");
   return written;
@@ -237,14 +237,19 @@ void ScenarioParser::parse_recordings(const YamlCursor& section) {
 /// What was fitted is no proof: say so where one stretch serves for fitting and for judging.
 void ScenarioParser::note_overlaps() {
   constexpr double kEnd = std::numeric_limits<double>::infinity();
+  std::set<std::string> notes;
   for (std::size_t i = 0; i < out_.recordings.size(); ++i)
     for (std::size_t j = i + 1; j < out_.recordings.size(); ++j) {
       const RecordingSpec &a = out_.recordings[i], &b = out_.recordings[j];
       if (a.file != b.file || a.role == b.role) continue;
-      if (std::max(a.from.value_or(-kEnd), b.from.value_or(-kEnd)) < std::min(a.to.value_or(kEnd), b.to.value_or(kEnd)))
-        out_.notes.push_back(
-            fmt::format("{}: the {} and {} ranges overlap", printable(a.file), to_string(a.role), to_string(b.role)));
+      if (std::max(a.from.value_or(-kEnd), b.from.value_or(-kEnd)) >=
+          std::min(a.to.value_or(kEnd), b.to.value_or(kEnd)))
+        continue;
+      const auto [first, second] = std::minmax(a.role, b.role);
+      notes.insert(
+          fmt::format("{}: the {} and {} ranges overlap", printable(a.file), to_string(first), to_string(second)));
     }
+  out_.notes.insert(out_.notes.end(), notes.begin(), notes.end());
 }
 
 EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {

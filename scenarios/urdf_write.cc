@@ -133,8 +133,7 @@ std::string to_urdf(const Robot& robot, std::span<const double> link_masses) {
     const Joint& joint = robot.joints()[static_cast<std::size_t>(i)];
     out += joint_text(joint, carrier(joint.parent), carrier(i));
   }
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    const Link& link = links[i];
+  for (const Link& link : links) {
     if (link.name == carrier(link.body)) continue;
     out += fmt::format("  <joint name='{}' type='fixed'>{}{}</joint>\n", escaped(unused(link.name + "_mount", taken)),
                        ends(carrier(link.body), link.name), origin(link.in_body));

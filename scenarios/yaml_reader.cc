@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "scenarios/error.h"
@@ -64,7 +65,7 @@ class TreeBuilder : public YAML::EventHandler {
   struct Level {
     YamlNode node;
     bool has_key = false;
-    std::string key;
+    std::set<std::string> known;  ///< keys so far
   };
 
   static YamlNode make(YamlNode::Kind kind, const YAML::Mark& mark) {
@@ -110,7 +111,7 @@ class TreeBuilder : public YAML::EventHandler {
     } else if (!level.has_key) {
       take_key(level, node);
     } else {
-      level.node.entries.emplace_back(std::move(level.key), std::move(node));
+      level.node.items.push_back(std::move(node));
       level.has_key = false;
     }
   }
@@ -118,10 +119,9 @@ class TreeBuilder : public YAML::EventHandler {
   void take_key(Level& level, const YamlNode& node) {
     if (node.kind != YamlNode::Kind::scalar || node.text.empty())
       throw InputError(at_line(file_, node.line), "an empty key", "a name");
-    for (const auto& [name, unused] : level.node.entries)
-      if (name == node.text)
-        throw InputError(at_line(file_, node.line), "the key " + quoted(node.text) + " a second time", "each key once");
-    level.key = node.text;
+    if (!level.known.insert(node.text).second)
+      throw InputError(at_line(file_, node.line), "the key " + quoted(node.text) + " a second time", "each key once");
+    level.node.keys.push_back(node.text);
     level.has_key = true;
   }
 
@@ -134,7 +134,7 @@ std::string describe(const YamlNode& node) {
   switch (node.kind) {
     case YamlNode::Kind::null: return "nothing";
     case YamlNode::Kind::list: return fmt::format("a list of {}", node.items.size());
-    case YamlNode::Kind::map: return fmt::format("a map of {}", node.entries.size());
+    case YamlNode::Kind::map: return fmt::format("a map of {}", node.keys.size());
     case YamlNode::Kind::scalar: break;
   }
   return (node.quoted ? "the quoted text " : "") + quoted(node.text);
@@ -185,15 +185,15 @@ YamlCursor YamlCursor::child(const YamlNode& node, const std::string& step) cons
 
 void YamlCursor::expect_keys(const std::vector<std::string>& keys) const {
   if (!is_map()) fail("a map with the keys " + one_of(keys));
-  for (const auto& [name, node] : node_->entries)
+  for (const auto& [name, cursor] : entries())
     if (std::find(keys.begin(), keys.end(), name) == keys.end())
-      throw InputError(child(node, step_text(name)).where(), "the unknown key " + quoted(name), one_of(keys));
+      throw InputError(cursor.where(), "the unknown key " + quoted(name), one_of(keys));
 }
 
 std::optional<YamlCursor> YamlCursor::find(const std::string& key) const {
-  for (const auto& [name, node] : node_->entries)
-    if (name == key) return child(node, step_text(name));
-  return std::nullopt;
+  const auto at = std::find(node_->keys.begin(), node_->keys.end(), key);
+  if (at == node_->keys.end()) return std::nullopt;
+  return child(node_->items[static_cast<std::size_t>(at - node_->keys.begin())], step_text(key));
 }
 
 YamlCursor YamlCursor::at(const std::string& key) const {
@@ -205,7 +205,8 @@ YamlCursor YamlCursor::at(const std::string& key) const {
 std::vector<std::pair<std::string, YamlCursor>> YamlCursor::entries() const {
   if (!is_map()) fail("a map");
   std::vector<std::pair<std::string, YamlCursor>> out;
-  for (const auto& [name, node] : node_->entries) out.emplace_back(name, child(node, step_text(name)));
+  for (std::size_t i = 0; i < node_->keys.size(); ++i)
+    out.emplace_back(node_->keys[i], child(node_->items[i], step_text(node_->keys[i])));
   return out;
 }
 

@@ -17,11 +17,11 @@ namespace lacuna {
 struct YamlNode {
   enum class Kind { null, scalar, list, map };
   Kind kind = Kind::null;
-  int line = 0;                                           ///< 1 is the first
-  bool quoted = false;                                    ///< scalar written in quotes: text, never a number
-  std::string text;                                       ///< of a scalar
-  std::vector<YamlNode> items;                            ///< of a list
-  std::vector<std::pair<std::string, YamlNode>> entries;  ///< of a map, in the order written, keys unique
+  int line = 0;                   ///< 1 is the first
+  bool quoted = false;            ///< scalar written in quotes: text, never a number
+  std::string text;               ///< of a scalar
+  std::vector<YamlNode> items;    ///< of a list; of a map the values, one per key
+  std::vector<std::string> keys;  ///< of a map, in the order written, unique
 };
 
 /// A node, the file it came from and the keys that lead to it. Cheap to copy; the tree must outlive it.

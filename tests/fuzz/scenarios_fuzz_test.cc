@@ -86,7 +86,7 @@ bool survives(const std::function<void()>& work, const std::string& mutant) {
 }
 
 std::filesystem::path scratch_folder() {
-  const auto folder = std::filesystem::temp_directory_path() / ("lacuna_fuzz_" + std::to_string(::getpid()));
+  auto folder = std::filesystem::temp_directory_path() / ("lacuna_fuzz_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
   return folder;
 }
