@@ -21,6 +21,12 @@ static_assert(StopFlag::is_always_lock_free, "a signal handler sets it");
 
 void on_signal(int) { stop.store(true); }
 
+/// strtoull would take "-1" for a very large number.
+std::string whole_number(const std::string& text) {
+  const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return digits ? "" : "found " + quoted(text) + ", expected a whole number from 0";
+}
+
 }  // namespace
 
 CLI::App& add_command(CLI::App& app, Session& session, const std::string& name, const std::string& description,
@@ -28,7 +34,7 @@ CLI::App& add_command(CLI::App& app, Session& session, const std::string& name, 
   CLI::App& command = *app.add_subcommand(name, description);
   command.add_flag("--json", session.json, "The result as JSON on standard output; logs stay on standard error");
   command.add_option("--threads", session.threads, "Threads to compute on (default: all)")->check(CLI::Range(1, 4096));
-  command.add_option("--seed", session.seed, "Seed of every random draw (default: 1)");
+  command.add_option("--seed", session.seed, "Seed of every random draw (default: 1)")->check(whole_number);
   command.add_option("-o,--output", session.output, "Folder for the files written");
   command.footer("Example:\n  " + example);
   command.callback([&session, work = std::move(work)] { session.run = work; });
@@ -38,9 +44,9 @@ CLI::App& add_command(CLI::App& app, Session& session, const std::string& name, 
 CLI::App& add_scenario_command(CLI::App& app, Session& session, const std::string& name, const std::string& description,
                                const std::string& example, std::function<void()> work) {
   CLI::App& command = add_command(app, session, name, description, example, std::move(work));
-  command.add_option("scenario", session.scenario_file, "The scenario file (scenario.yaml)")
+  command.add_option("SCENARIO", session.scenario_file, "The scenario file (scenario.yaml)")
       ->required()
-      ->option_text("SCENARIO");
+      ->option_text(" ");
   return command;
 }
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
@@ -85,6 +86,15 @@ int run(Session& session) {
   }
 }
 
+/// The first argument that should be a command and is none; else empty.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return "";
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), argv[1]) != names.end()) return "";
+  return InputError("command", quoted(std::string(argv[1])), one_of(names)).what();
+}
+
 int main_program(int argc, char** argv) {
   send_logs_to_standard_error();
   watch_signals();
@@ -93,6 +103,7 @@ int main_program(int argc, char** argv) {
   CLI::App app;
   describe(app);
   for (AddCommand* add : kCommands) add(app, session);
+  if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) return fail(kBadInput, unknown);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

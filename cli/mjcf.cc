@@ -35,7 +35,10 @@ std::string comment(const std::string& text) {
 
 std::string numbers(std::initializer_list<double> values) {
   std::string out;
-  for (const double value : values) out += (out.empty() ? "" : " ") + format_number(value + 0.0);
+  for (const double value : values) {
+    if (!out.empty()) out += ' ';
+    out += format_number(value + 0.0);  // turns -0 into 0
+  }
   return out;
 }
 std::string numbers(const Eigen::Vector3d& v) { return numbers({v.x(), v.y(), v.z()}); }
