@@ -6,7 +6,7 @@
 namespace lacuna {
 namespace {
 
-constexpr int kReweightings = 2;
+constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;   ///< relative change of a weight that is worth another fit
 
 }  // namespace

@@ -37,9 +37,10 @@ Candidate candidate_from(const Json& j) {
 
 Json to_json(const Finding& f) {
   Json out = {{"effect", f.effect}, {"place", f.place}, {"members", f.members}, {"recordings", f.recordings},
-              {"regions", f.regions},
+              {"regions", f.regions}, {"fixed", Json::object()},
               {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
   for (const Rival& r : f.rivals) out["rivals"].push_back({r.effect, r.place, exact_text(r.probability)});
+  for (const auto& [name, value] : f.fixed) out["fixed"][name] = exact_text(value);
   for (const auto& t : f.times) out["times"].push_back({t.recording, exact_text(t.begin), exact_text(t.end)});
   return out;
 }
@@ -50,6 +51,7 @@ Finding finding_from(const Json& j) {
   f.members = j.at("members").get<std::vector<std::string>>();
   f.recordings = j.at("recordings").get<std::vector<std::string>>();
   f.regions = j.at("regions").get<std::vector<std::string>>();
+  for (const auto& [name, value] : j.at("fixed").items()) f.fixed[name] = number(value);
   const std::vector<double> n = numbers(j.at("numbers"));
   f.probability = n.at(0), f.p_value = n.at(1), f.heldout_gain = n.at(2);
   f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5);
@@ -146,7 +148,7 @@ bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment,
   for (const Json& c : j.at("candidates")) candidates.push_back(candidate_from(c));
   if (!j.contains("finding")) return true;
   finding = finding_from(j.at("finding"));
-  const EffectSpec spec{finding->effect, finding->place, {}, finding->recordings, "checkpoint"};
+  const EffectSpec spec{finding->effect, finding->place, finding->fixed, finding->recordings, "checkpoint"};
   model = extended(model, experiment, spec, model.fit.point, {});
   model.weights = numbers(j.at("weights"));
   evaluate_at(model, numbers(j.at("point")), experiment, options);

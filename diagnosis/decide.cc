@@ -16,7 +16,7 @@ constexpr double kStandardErrors = 2.0;
 constexpr double kLeastShare = 0.01;
 constexpr std::size_t kShortlist = 4;
 constexpr double kClassLoss = 3.0;       ///< evidence within this of the winner's: not separated (odds 20 to 1)
-constexpr int kRefitIterations = 12;
+constexpr int kRefitIterations = 6;
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -77,7 +77,7 @@ class Judge {
     if (!tried.physical()) return "a parameter is not finite";
     if (tried.p_value > kChance) return fmt::format("chance on the train recordings {:.2g}", tried.p_value);
     if (validate_.empty()) return "no validate recording to prove it on";
-    if (tried.heldout.gain < kStandardErrors * tried.heldout.error || tried.heldout.p_value > kChance) {
+    if (!(tried.heldout.gain > kStandardErrors * tried.heldout.error)) {
       return fmt::format("held-out gain {:.1f} +- {:.1f}", tried.heldout.gain, tried.heldout.error);
     }
     if (tried.heldout.share < kLeastShare) return fmt::format("removes {:.2g} of the held-out energy", tried.heldout.share);
@@ -144,6 +144,7 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
   out.effect = best.effect.spec.effect;
   out.place = best.effect.spec.place;
   out.recordings = best.effect.spec.recordings;
+  out.fixed = best.effect.spec.parameters;
   out.probability = probability[winner];
   out.p_value = best.p_value;
   out.heldout_gain = best.heldout.gain;
@@ -190,7 +191,7 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
     std::string note = judge.objection(tried[k]);
     if (note.empty() && !winner) {
       if (!tried[k].refitted) judge.refit(tried[k]), note = judge.objection(tried[k]);
-      if (note.empty()) winner = k, note = "kept";
+      if (note.empty()) winner = k;
     } else if (note.empty()) {
       note = "less evidence";
     }

@@ -2,7 +2,7 @@
 //
 // An effect is kept only if all of these hold:
 //  - the train gain's chance under no effect, times everything that was tried (Bonferroni), is under 1 in 100;
-//  - the validate recordings gain more than two standard errors over blocks, at a one-sided chance under 1 in 100;
+//  - the validate recordings gain more than two standard errors over blocks;
 //  - it removes at least 1 % of the validate recordings' residual energy (or of what stands above the noise).
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
 // of the effective samples (Schwarz). Probabilities are shares of exp(evidence) among all that were tried and chance.

@@ -12,7 +12,9 @@ Scenario with_values(const Scenario& scenario, const PlantModel& model, std::spa
     if (index >= 0) target = values[static_cast<std::size_t>(index)];
   };
   for (ActuatorSpec& actuator : out.actuators) {
-    for (auto& [name, value] : actuator.parameters) value_of(actuator.joint + "." + name, value);
+    for (const ParameterInfo& p : actuator_table()[static_cast<std::size_t>(find_actuator(actuator.model))].parameters) {
+      value_of(actuator.joint + "." + p.name, actuator.parameters[p.name]);
+    }
   }
   out.effects.clear();
   for (const Component& component : model.effects()) {
@@ -31,7 +33,7 @@ Scenario diagnosed_scenario(const Scenario& scenario, const Diagnosis& diagnosis
   const PlantModel plain(scenario);
   std::vector<EffectSpec> specs;
   for (const Finding& finding : diagnosis.findings) {
-    specs.push_back({finding.effect, finding.place, {}, finding.recordings, ""});
+    specs.push_back({finding.effect, finding.place, finding.fixed, finding.recordings, ""});
   }
   return with_values(scenario, plain.with_effects(specs), diagnosis.after.values);
 }

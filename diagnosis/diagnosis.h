@@ -31,6 +31,7 @@ struct Finding {
   std::vector<std::string> members;         ///< the class: effects that the data do not separate from it, itself first
   std::vector<Estimate> parameters;         ///< names without the place ("Fc")
   std::vector<std::string> recordings;      ///< files in which it acts; empty: all
+  std::map<std::string, double> fixed;      ///< own parameters held at these values
   struct Interval {
     std::string recording;
     double begin = 0.0, end = 0.0;          ///< s

@@ -47,40 +47,36 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
                          std::span<const ResidualBlock> blocks) {
   HeldoutGain out;
   if (blocks.empty() || !after.allFinite()) return out;
-  // Each channel in units of its own residual level after, so that a joint far above its noise does not drown the rest.
-  std::map<int, std::pair<double, double>> level;
-  for (const ResidualBlock& block : blocks) {
-    level[block.channel].first += after.segment(block.first, block.count).squaredNorm();
-    level[block.channel].second += static_cast<double>(block.count);
-  }
+  const Gain whole = residual_gain(before, after, blocks);
+  out.gain = whole.log_likelihood;
+  out.share = whole.share;
   std::map<int, Eigen::Index> samples;  // per segment
   Eigen::Index total = 0;
   for (const ResidualBlock& block : blocks) {
     if (samples.emplace(block.segment, block.count).second) total += block.count;
   }
   const Eigen::Index length = std::max<Eigen::Index>(1, std::min<Eigen::Index>(100, total / kFewestBlocks));
+  // Each block's own logarithm of energies: a few seconds in which the plain model goes far astray do not decide alone.
   std::map<std::pair<int, Eigen::Index>, double> sums;
-  double energy_before = 0.0, energy_after = 0.0;
   for (const ResidualBlock& block : blocks) {
-    const auto& [energy, count] = level[block.channel];
-    const double scale = energy > 0.0 ? count / energy : 0.0;
-    for (Eigen::Index i = 0; i < block.count; ++i) {
-      const double a = before(block.first + i), b = after(block.first + i);
-      sums[{block.segment, i / length}] += 0.5 * scale * (a * a - b * b);
-      energy_before += a * a;
-      energy_after += b * b;
+    for (Eigen::Index first = 0; first < block.count; first += length) {
+      const Eigen::Index n = std::min(length, block.count - first);
+      const double a = before.segment(block.first + first, n).squaredNorm();
+      const double b = after.segment(block.first + first, n).squaredNorm();
+      if (a > 0.0 && b > 0.0) sums[{block.segment, first / length}] += 0.5 * static_cast<double>(n) * std::log(a / b);
     }
   }
-  for (const auto& [key, sum] : sums) out.blocks.push_back(sum), out.gain += sum;
+  for (const auto& [key, sum] : sums) out.blocks.push_back(sum);
   const double n = static_cast<double>(out.blocks.size());
-  double squares = 0.0;
-  for (const double d : out.blocks) squares += (d - out.gain / n) * (d - out.gain / n);
-  out.error = n > 1.0 ? std::sqrt(n * squares / (n - 1.0)) : HUGE_VAL;
-  out.share = energy_before > 0.0 ? 1.0 - energy_after / energy_before : 0.0;
-  if (n > 2.0 && out.error > 0.0) {
-    const boost::math::students_t student(n - 1.0);
-    out.p_value = boost::math::cdf(boost::math::complement(student, out.gain / out.error));
-  }
+  if (n < 3.0) return out;
+  double mean = 0.0, squares = 0.0;
+  for (const double d : out.blocks) mean += d / n;
+  for (const double d : out.blocks) squares += (d - mean) * (d - mean);
+  const double error = std::sqrt(squares / (n * (n - 1.0)));
+  if (!(error > 0.0)) return out;
+  const boost::math::students_t student(n - 1.0);
+  out.p_value = boost::math::cdf(boost::math::complement(student, mean / error));
+  out.error = std::fabs(out.gain) * error / std::max(std::fabs(mean), 1e-300);
   return out;
 }
 

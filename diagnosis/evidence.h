@@ -18,8 +18,9 @@ struct Gain {
 };
 Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks);
 
-/// The gain on held-out recordings block by block (about one second each, at least 20 blocks): its sum, the standard
-/// error of the sum over blocks, and the one-sided chance of such a sum without any effect (Student, over the blocks).
+/// The gain on held-out recordings, and whether it is more than luck: log energy ratios block by block (about one second
+/// each, at least 20 blocks), the standard error of their mean carried over to the gain, and the one-sided chance of such
+/// a mean without any effect (Student, over the blocks).
 struct HeldoutGain {
   double gain = 0.0, error = 0.0, p_value = 1.0, share = 0.0;
   std::vector<double> blocks;

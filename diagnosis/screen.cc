@@ -17,7 +17,8 @@ constexpr double kDamping = 1e-6;       ///< of Gauss-Newton, relative to the no
 /// One start of one effect at one place on its way.
 struct Chain {
   int component = 0;                    ///< in the effect's model
-  std::vector<Axis> axes;               ///< the effect's own
+  bool refined = false;                 ///< optional parameters are free, too
+  std::vector<Axis> axes;               ///< the effect's own free ones
   Eigen::VectorXd x;                    ///< base coordinates, then own
   Eigen::VectorXd residual;
   Eigen::MatrixXd own_columns;          ///< sensitivities of the own coordinates at the start
@@ -36,7 +37,10 @@ class EffectScreen {
         model_(current.model.with_effects(specs_)), problem_(model_, experiment, current.space, options.simulator, current.weights),
         base_(static_cast<Eigen::Index>(current.space.size())) {
     const std::size_t first = model_.effects().size() - specs_.size();
-    for (std::size_t k = 0; k < specs_.size(); ++k) add_starts(static_cast<int>(first + k));
+    for (std::size_t k = 0; k < specs_.size(); ++k) {
+      add_starts(static_cast<int>(first + k), false);
+      if (has_optional()) add_starts(static_cast<int>(first + k), true);
+    }
   }
 
   std::vector<ScreenedEffect> run() {
@@ -46,14 +50,32 @@ class EffectScreen {
       judge();
     }
     std::vector<ScreenedEffect> out;
-    for (std::size_t k = 0; k < specs_.size(); ++k) out.push_back(best_of(k));
+    for (std::size_t k = 0; k < specs_.size(); ++k) {
+      out.push_back(best_of(k, false));
+      if (has_optional()) out.push_back(best_of(k, true));
+    }
     return out;
   }
 
  private:
-  void add_starts(int component) {
+  bool has_optional() const {
+    const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
+    return std::any_of(info.parameters.begin(), info.parameters.end(), [](const ParameterInfo& p) { return p.optional; });
+  }
+  /// The place's spec with the optional parameters fixed at neutral, or left free.
+  EffectSpec variant(std::size_t place, bool refined) const {
+    EffectSpec spec = specs_[place];
+    const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
+    for (const ParameterInfo& p : info.parameters) {
+      if (p.optional && !refined) spec.parameters[p.name] = p.neutral;
+    }
+    return spec;
+  }
+
+  void add_starts(int component, bool refined) {
     const Component& c = model_.effects()[static_cast<std::size_t>(component)];
-    const std::vector<Axis> axes = effect_axes(model_, experiment_, c);
+    const std::size_t place = static_cast<std::size_t>(component) + specs_.size() - model_.effects().size();
+    const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
     // Every combination of the parameters' starting sizes.
     std::vector<std::vector<double>> starts{{}};
     for (std::size_t p = 0; p < axes.size(); ++p) {
@@ -72,6 +94,7 @@ class EffectScreen {
     for (const auto& start : starts) {
       Chain chain;
       chain.component = component;
+      chain.refined = refined;
       chain.axes = axes;
       chain.x.resize(base_ + static_cast<Eigen::Index>(axes.size()));
       for (Eigen::Index a = 0; a < base_; ++a) chain.x(a) = current_.fit.point[static_cast<std::size_t>(a)];
@@ -200,11 +223,11 @@ class EffectScreen {
     }
   }
 
-  ScreenedEffect best_of(std::size_t place) const {
+  ScreenedEffect best_of(std::size_t place, bool refined) const {
     const int component = static_cast<int>(model_.effects().size() - specs_.size() + place);
-    ScreenedEffect out{specs_[place], {}, {}, HUGE_VAL, {}, 0};
+    ScreenedEffect out{variant(place, refined), {}, {}, HUGE_VAL, {}, 0};
     for (const Chain& chain : chains_) {
-      if (chain.component != component || !chain.alive) continue;
+      if (chain.component != component || chain.refined != refined || !chain.alive) continue;
       const double sum = chain.residual.squaredNorm();
       if (!(sum < out.sum_of_squares)) continue;
       out.sum_of_squares = sum;
@@ -266,7 +289,7 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
   if (files.size() < 2) return {};
   const PlantModel model = current.model.with_effects({spec});
   const Component& component = model.effects().back();
-  const Axis axis = effect_axes(model, experiment, component).front();
+  const Axis axis = effect_axes(model, experiment, component, spec).front();
   const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
   const double size = info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
   Problem problem(model, experiment, current.space, options.simulator, current.weights);
@@ -298,11 +321,13 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
 
 }  // namespace
 
-std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component) {
+std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
+                              const EffectSpec& spec) {
   std::vector<Axis> axes;
   for (int k = 0; k < component.count; ++k) {
     const int index = component.first + k;
     const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+    if (spec.parameters.count(p.info->name) > 0) continue;
     const double size = typical_size(p.info->scale, model, experiment, component.joint, model.values());
     Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
     if (axis.coordinate == Coordinate::inverse) {
@@ -312,7 +337,8 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
     } else if (p.info->scale == Scale::time) {
       axis.upper = std::min(p.upper, kShortestTime);
     } else {
-      axis.lower = std::max(p.lower, -kWidest * size);
+      // What must stay positive starts at a thousandth of its size, below any resolution.
+      axis.lower = std::max(p.lower, p.info->optional ? 1e-3 * size : -kWidest * size);
       axis.upper = std::min(p.upper, kWidest * size);
     }
     axes.push_back(axis);
@@ -347,7 +373,7 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
 CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
                       const std::vector<double>& point, const std::vector<double>& own) {
   CurrentModel out{current.model.with_effects({spec}), current.space, current.weights, {}};
-  const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back());
+  const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back(), spec);
   for (const Axis& axis : axes) out.space.add(out.model, axis);
   out.fit.point = point;
   for (std::size_t k = 0; k < own.size(); ++k) out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));

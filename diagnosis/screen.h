@@ -24,7 +24,7 @@ struct CurrentModel {
 
 /// An effect at a place, with all parameters re-identified.
 struct ScreenedEffect {
-  EffectSpec spec;                      ///< effect, place, start values, recordings
+  EffectSpec spec;                      ///< effect, place, recordings; parameters named in it are fixed
   std::vector<double> point;            ///< search point of the current model, re-identified
   std::vector<double> own;              ///< the effect's own coordinates
   double sum_of_squares = 0.0;          ///< on the train segments
@@ -46,8 +46,9 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
 CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
                       const std::vector<double>& point, const std::vector<double>& own);
 
-/// Axes of an effect's own parameters in `model`, where it stands at `component`.
-std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component);
+/// Axes of an effect's own parameters in `model`, where it stands at `component`; those that `spec` names are fixed.
+std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
+                              const EffectSpec& spec);
 
 /// Files among `segments`' recordings in which an effect that may act in some only is on: those whose first second
 /// the model predicts better with it than without. `values` include the effect.

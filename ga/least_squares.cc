@@ -13,6 +13,9 @@ namespace {
 /// A direction whose standard error exceeds its own size is not determined by the data.
 constexpr double kUndetermined = 1.0;
 
+/// Chi-square units: a step that lowers the cost by less is below anything that statistics could see.
+constexpr double kLikelihoodShare = 0.05;
+
 /// The stacked residual as one Ceres cost function over one parameter block.
 class ResidualCost final : public ceres::CostFunction {
  public:
@@ -96,7 +99,8 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
     }
     ceres::Solver::Options settings;
     settings.max_num_iterations = options.iterations;
-    settings.function_tolerance = options.tolerance;
+    settings.function_tolerance = std::max(options.tolerance, kLikelihoodShare / static_cast<double>(rows));
+    settings.initial_trust_region_radius = 1e8;  // near Gauss-Newton: the start is a search's best or a neighbour's fit
     settings.parameter_tolerance = 1e-10;
     settings.gradient_tolerance = 1e-14;
     settings.linear_solver_type = ceres::DENSE_QR;
@@ -126,8 +130,8 @@ double effective_samples(const Eigen::VectorXd& residual, std::span<const Residu
       total += static_cast<double>(n);
       continue;
     }
-    const auto r = residual.segment(block.first, n);
-    const double variance = r.squaredNorm() / static_cast<double>(n);  // about zero: a constant misfit is correlation
+    const Eigen::VectorXd r = residual.segment(block.first, n).array() - residual.segment(block.first, n).mean();
+    const double variance = r.squaredNorm() / static_cast<double>(n);
     if (!(variance > 0.0)) {
       total += static_cast<double>(n);
       continue;

@@ -10,7 +10,7 @@ namespace lacuna {
 
 struct LeastSquaresOptions {
   int iterations = 50;
-  double tolerance = 1e-8;         ///< relative change of the cost at which it stops
+  double tolerance = 1e-9;         ///< relative change of the cost at which it stops, if that is over .05 of chi-square
   RunControl control;
 };
 
@@ -29,7 +29,8 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
                                        std::span<const int> segments, const LeastSquaresOptions& options = {});
 
 /// Samples' worth of independent information in a residual: sum over blocks of n / (1 + 2 sum of autocorrelations),
-/// summed up to the first non-positive pair (Geyer's initial positive sequence). At most the number of samples.
+/// summed up to the first non-positive pair (Geyer's initial positive sequence), each block about its own mean. At most the
+/// number of samples.
 double effective_samples(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks);
 
 /// What the data determine.

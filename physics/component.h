@@ -38,6 +38,7 @@ struct ParameterInfo {
   Scale scale = Scale::ratio;
   std::vector<double> starts = {};             ///< sizes to start a search from, in units of `scale`
   Coordinate coordinate = Coordinate::linear;
+  bool optional = false;         ///< a refinement of the effect's shape: tried free, and fixed at its neutral value
 };
 
 /// Hooks of one component for one scalar type; null where the component does not act.

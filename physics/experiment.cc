@@ -12,6 +12,8 @@ namespace lacuna {
 namespace {
 
 constexpr std::size_t kFewestSamples = 10;
+/// No transducer is credited with less than this share of the range that it was seen to cover.
+constexpr double kFinestNoise = 1e-6;
 /// A local polynomial is accepted while its residual variance stays below this multiple of the noise variance
 /// (chi-square over ten degrees of freedom exceeds it in about 1 % of draws).
 constexpr double kVarianceSlack = 2.3;
@@ -197,44 +199,56 @@ void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Exper
 
 }  // namespace
 
+namespace {
+
+/// One local polynomial: its state at the middle, the error variance of that value, and whether it explains the samples.
+struct LocalFit {
+  LocalState state;
+  double variance = HUGE_VAL;
+  bool adequate = false;
+};
+
+LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<double>& signal,
+                        const std::vector<std::size_t>& used, std::size_t at, int order, double sigma2) {
+  const Eigen::Index n = static_cast<Eigen::Index>(used.size()), terms = order + 1;
+  Eigen::MatrixXd basis(n, terms);
+  Eigen::VectorXd y(n);
+  const double span = std::max(time[used.back()] - time[used.front()], 1e-300);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t k = used[static_cast<std::size_t>(i)];
+    for (Eigen::Index p = 0; p < terms; ++p) basis(i, p) = std::pow((time[k] - time[at]) / span, p);
+    y(i) = signal[k];
+  }
+  const Eigen::MatrixXd inverse = (basis.transpose() * basis).inverse();
+  const Eigen::VectorXd x = inverse * (basis.transpose() * y);
+  const double residual = (y - basis * x).squaredNorm() / static_cast<double>(n - terms);
+  return {{x(0), order > 0 ? x(1) / span : 0.0},
+          inverse(0, 0) * std::max(residual, sigma2),
+          residual <= kVarianceSlack * sigma2};
+}
+
+}  // namespace
+
 LocalState local_state(const std::vector<double>& time, const std::vector<double>& signal, std::size_t at,
                        std::size_t begin, std::size_t end, double noise) {
-  LocalState best;
-  double best_variance = HUGE_VAL;
   const double sigma2 = std::isfinite(noise) && noise > 0.0 ? noise * noise : 0.0;
+  LocalFit best;
   for (const std::size_t half : {3u, 5u, 8u, 12u, 20u, 32u, 50u, 80u}) {
     const std::size_t from = at - begin > half ? at - half : begin;
-    const std::size_t to = std::min(end, at + half + 1);
     std::vector<std::size_t> used;
-    for (std::size_t i = from; i < to; ++i) {
+    for (std::size_t i = from; i < std::min(end, at + half + 1); ++i) {
       if (std::isfinite(signal[i])) used.push_back(i);
     }
     for (int order = 0; order <= 2; ++order) {
-      const Eigen::Index n = static_cast<Eigen::Index>(used.size()), terms = order + 1;
-      if (n < terms + 2) continue;
-      Eigen::MatrixXd basis(n, terms);
-      Eigen::VectorXd y(n);
-      const double span = std::max(time[used.back()] - time[used.front()], 1e-300);
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const std::size_t k = used[static_cast<std::size_t>(i)];
-        for (Eigen::Index p = 0; p < terms; ++p) basis(i, p) = std::pow((time[k] - time[at]) / span, p);
-        y(i) = signal[k];
-      }
-      const Eigen::MatrixXd inverse = (basis.transpose() * basis).inverse();
-      const Eigen::VectorXd x = inverse * (basis.transpose() * y);
-      const double residual = (y - basis * x).squaredNorm() / static_cast<double>(n - terms);
-      const bool smallest = best_variance == HUGE_VAL;
-      if (residual > kVarianceSlack * sigma2 && !smallest) continue;
-      // Error of the value at `at` if the polynomial holds; the first fit stands in whatever its residual.
-      const double variance = inverse(0, 0) * std::max(residual, sigma2) +
-                              (residual > kVarianceSlack * sigma2 ? 1e3 * residual : 0.0);
-      if (variance >= best_variance) continue;
-      best_variance = variance;
-      best = {x(0), order > 0 ? x(1) / span : 0.0};
+      if (static_cast<int>(used.size()) < order + 3) continue;
+      const LocalFit fit = fit_polynomial(time, signal, used, at, order, sigma2);
+      // Any adequate fit beats any other; among equals the smaller error of the value at `at` wins.
+      const bool better = fit.adequate != best.adequate ? fit.adequate : fit.variance < best.variance;
+      if (better) best = fit;
     }
   }
-  if (best_variance == HUGE_VAL && at < signal.size() && std::isfinite(signal[at])) best.value = signal[at];
-  return best;
+  if (best.variance == HUGE_VAL && at < signal.size() && std::isfinite(signal[at])) best.state.value = signal[at];
+  return best.state;
 }
 
 double noise_from_differences(const std::vector<double>& time, const std::vector<double>& signal) {
@@ -252,16 +266,21 @@ double noise_from_differences(const std::vector<double>& time, const std::vector
     }
     if (std::isfinite(value)) squares.push_back(value * value / norm);
   }
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const double x : signal) {
+    if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
+  }
+  const double floor = kFinestNoise * std::max(high - low, 0.0);
   constexpr std::size_t kBlock = 25;
   std::vector<double> blocks;
   for (std::size_t i = 0; i + kBlock <= squares.size(); i += kBlock) {
     double sum = 0.0;
     for (std::size_t k = i; k < i + kBlock; ++k) sum += squares[k];
-    blocks.push_back(sum / kBlock);
+    if (sum > 0.0) blocks.push_back(sum / kBlock);  // a reading that stands still says nothing of its noise
   }
-  if (blocks.empty()) return std::nan("");
+  if (blocks.empty()) return floor > 0.0 ? floor : std::nan("");
   std::nth_element(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(blocks.size() / 2), blocks.end());
-  return std::sqrt(blocks[blocks.size() / 2]);
+  return std::max(floor, std::sqrt(blocks[blocks.size() / 2]));
 }
 
 std::vector<int> Experiment::with_role(Role role) const {

@@ -1,4 +1,4 @@
-#include <Eigen/Cholesky>
+#include <stdexcept>
 
 #include "backends/featherstone/tree.h"
 #include "backends/registry.h"
@@ -63,6 +63,7 @@ class FeatherstoneDynamics final : public Dynamics {
       }
       return;
     }
+    if (integrator != "rk4") throw std::invalid_argument("featherstone has no integrator " + integrator);
     classic_runge_kutta(q, v, tau, step);
   }
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "physics/catalogue.h"
+#include "physics/effects/creep.h"
 
 namespace lacuna {
 
-/// Dry friction that is larger at break-away than in motion. Neutral at Fc = Fs = 0; Fs = Fc is Coulomb friction.
+/// Dry friction that is larger at break-away than in motion. Neutral at Fc = Fs = 0; Fs = Fc is Coulomb friction. v0 as there.
 struct StribeckFriction {
   static EffectInfo info() {
     return {"stribeck_friction", "Stribeck friction", Where::joint,
@@ -14,10 +14,21 @@ struct StribeckFriction {
             "R. Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
             {{"Fc", "N m", 0.0, 0.0, 1e9, "friction effort in fast motion", Scale::effort, {0.05}},
              {"Fs", "N m", 0.0, 0.0, 1e9, "break-away effort", Scale::effort, {0.08}},
-             {"vs", "rad/s", 0.05, 1e-5, 1e3, "speed over which the extra friction fades", Scale::velocity, {0.1, 0.4}}}};
+             {"vs", "rad/s", 0.05, 1e-5, 1e3, "speed over which the extra friction fades", Scale::velocity, {0.1, 0.4}},
+             creep_speed()}};
   }
   template <class T>
   static T dry_friction(const T* p, const T& speed, const JointView<T>&) {
+    return select(p[3] > T(0.0), T(0.0), size(p, speed));
+  }
+  template <class T>
+  static T effort(const T* p, const JointView<T>& s) {
+    return creeping(size(p, s.v), p[3], s.v);
+  }
+
+ private:
+  template <class T>
+  static T size(const T* p, const T& speed) {
     const T ratio = speed / p[2];
     return p[0] + (p[1] - p[0]) * exp(T(0.0) - min(ratio * ratio, T(700.0)));
   }
