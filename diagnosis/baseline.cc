@@ -59,6 +59,7 @@ void refine(CurrentModel& current, const Experiment& experiment, const Simulator
   LeastSquaresOptions finish;
   finish.control = control;
   finish.iterations = iterations;
+  finish.polish = false;  // the search's own solution was polished; this follows a change of weights
   for (int k = 0;; ++k) {
     Problem problem(current.model, experiment, current.space, options, current.weights);
     current.fit = solve_least_squares(problem, current.fit.point, train, finish);

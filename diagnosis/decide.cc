@@ -62,6 +62,7 @@ class Judge {
     Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
     LeastSquaresOptions finish;
     finish.iterations = kRefitIterations;
+    finish.polish = false;
     finish.control = options_.control;
     tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
     const std::size_t base = current_.space.size();

@@ -1,4 +1,4 @@
-// Nonlinear least squares within bounds (Ceres, Levenberg-Marquardt), Jacobians by one population call.
+// Nonlinear least squares within bounds: projected Levenberg-Marquardt, finished by Ceres; Jacobians by one population call.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,6 +11,7 @@ namespace lacuna {
 struct LeastSquaresOptions {
   int iterations = 50;
   double tolerance = 1e-9;         ///< relative change of the cost at which it stops, if that is over .05 of chi-square
+  bool polish = true;              ///< Ceres takes the coordinates off their bounds to the bottom
   RunControl control;
 };
 
