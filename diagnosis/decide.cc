@@ -27,10 +27,8 @@ struct Tried {
   double p_value = 1.0;
   bool refitted = false;
 
-  double evidence() const {
-    return train.log_likelihood + heldout.gain -
-           0.5 * effect.parameters * std::log(std::max(2.0, train.effective));
-  }
+  double evidence = 0.0;           ///< see sort_by_evidence
+
   bool physical() const {
     for (const double x : effect.own) {
       if (!std::isfinite(x)) return false;
@@ -49,7 +47,7 @@ class Judge {
   }
 
   Tried weigh(ScreenedEffect effect) {
-    Tried out{std::move(effect), current_, {}, {}, 1.0, false};
+    Tried out{std::move(effect), current_, {}, {}, 1.0, false, 0.0};
     set_recordings(out);
     out.model = extended(current_, experiment_, out.effect.spec, out.effect.point, out.effect.own);
     out.train = residual_gain(current_.fit.residual, out.effect.residual, plain_.layout(train_));
@@ -121,17 +119,28 @@ class Judge {
   Eigen::VectorXd before_validate_;
 };
 
+/// Train and validate gain less the Schwarz penalty. All are counted at the effective samples of the strongest, since the
+/// error of that count would otherwise outweigh the difference between two near-perfect candidates.
 void sort_by_evidence(std::vector<Tried>& tried) {
-  std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence() > b.evidence(); });
+  if (tried.empty()) return;
+  auto own = [](const Tried& t) { return t.train.log_likelihood + t.heldout.gain; };
+  const Tried& strongest =
+      *std::max_element(tried.begin(), tried.end(), [&](const Tried& a, const Tried& b) { return own(a) < own(b); });
+  const Gain train = strongest.train, heldout = strongest.heldout.whole;
+  for (Tried& t : tried) {
+    t.evidence = t.train.at(train) + t.heldout.whole.at(heldout) -
+                 0.5 * t.effect.parameters * std::log(std::max(2.0, train.effective));
+  }
+  std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence > b.evidence; });
 }
 
 /// Shares of exp(evidence), chance (evidence 0, prior weight that of all candidates together) included.
 std::vector<double> probabilities(const std::vector<Tried>& tried) {
-  const double most = std::max(0.0, tried.empty() ? 0.0 : tried.front().evidence());
+  const double most = std::max(0.0, tried.empty() ? 0.0 : tried.front().evidence);
   double total = static_cast<double>(tried.size()) * std::exp(-most);
   std::vector<double> out;
   for (const Tried& t : tried) {
-    out.push_back(std::exp(std::max(t.evidence() - most, -700.0)));
+    out.push_back(std::exp(std::max(t.evidence - most, -700.0)));
     total += out.back();
   }
   for (double& p : out) p /= total;
@@ -152,7 +161,7 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
   out.heldout_error = best.heldout.error;
   out.heldout_share = best.heldout.share;
   out.members.push_back(out.effect);
-  out.stability = 1.0;
+  const std::vector<double>* elsewhere = nullptr;  // the strongest rival at another place
   for (std::size_t k = 0; k < tried.size(); ++k) {
     const EffectSpec& spec = tried[k].effect.spec;
     const bool same = spec.effect == out.effect && spec.place == out.place;
@@ -162,9 +171,11 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
       continue;
     }
     if (out.rivals.size() < 5) out.rivals.push_back({spec.effect, spec.place, probability[k]});
-    if (spec.place == out.place && best.evidence() - tried[k].evidence() < kClassLoss) out.members.push_back(spec.effect);
-    if (out.rivals.size() == 1) out.stability = stability(best.heldout.blocks, tried[k].heldout.blocks, seed);
+    if (spec.place == out.place && best.evidence - tried[k].evidence < kClassLoss) out.members.push_back(spec.effect);
+    if (spec.place != out.place && !elsewhere) elsewhere = &tried[k].heldout.blocks;
   }
+  const std::vector<double> nothing(best.heldout.blocks.size(), 0.0);
+  out.stability = stability(best.heldout.blocks, elsewhere != nullptr ? *elsewhere : nothing, seed);
   return out;
 }
 

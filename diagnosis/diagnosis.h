@@ -42,7 +42,7 @@ struct Finding {
   double heldout_gain = 0.0;                ///< log-likelihood gained on the validate recordings
   double heldout_error = 0.0;               ///< its standard error over blocks
   double heldout_share = 0.0;               ///< share of the validate residual energy removed
-  double stability = 0.0;                   ///< share of block resamples in which it stays the best
+  double stability = 0.0;                   ///< share of block resamples in which it beats the best rival elsewhere
 };
 
 struct Unexplained {

@@ -20,6 +20,14 @@ constexpr int kResamples = 400;
 
 }  // namespace
 
+double Gain::at(const Gain& reference) const {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < channels.size() && c < reference.channels.size(); ++c) {
+    sum += 0.5 * reference.channels[c].effective * channels[c].log_ratio;
+  }
+  return sum;
+}
+
 Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                    std::span<const ResidualBlock> blocks) {
   Gain out;
@@ -32,8 +40,10 @@ Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
       a += before.segment(block.first, block.count).squaredNorm();
       b += after.segment(block.first, block.count).squaredNorm();
     }
+    out.channels.push_back({});
     if (!(a > 0.0) || !(b > 0.0)) continue;
     const double n = effective_samples(after, members);
+    out.channels.back() = {n, std::log(a / b)};
     out.log_likelihood += 0.5 * n * std::log(a / b);
     out.effective += n;
     energy_before += a;
@@ -49,6 +59,7 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
   if (blocks.empty() || !after.allFinite()) return out;
   const Gain whole = residual_gain(before, after, blocks);
   out.gain = whole.log_likelihood;
+  out.whole = whole;
   out.share = whole.share;
   std::map<int, Eigen::Index> samples;  // per segment
   Eigen::Index total = 0;

@@ -11,6 +11,14 @@ namespace lacuna {
 
 /// Two residuals of the same samples, before and after an effect was added.
 struct Gain {
+  struct Channel {
+    double effective = 0.0;      ///< samples
+    double log_ratio = 0.0;      ///< log(energy before / energy after)
+  };
+  std::vector<Channel> channels;
+  /// The gain at another residual's effective samples: candidates are compared at one count, that of the best of them.
+  double at(const Gain& reference) const;
+
   double log_likelihood = 0.0;   ///< sum over channels of (n_eff / 2) log(energy before / energy after), each channel's
                                  ///< noise level profiled out; n_eff of the residual after
   double effective = 0.0;        ///< samples, all channels
@@ -24,6 +32,7 @@ Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, 
 struct HeldoutGain {
   double gain = 0.0, error = 0.0, p_value = 1.0, share = 0.0;
   std::vector<double> blocks;
+  Gain whole;
 };
 HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                          std::span<const ResidualBlock> blocks);
