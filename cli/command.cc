@@ -83,7 +83,7 @@ fs::path Session::output_folder(const Scenario& scenario) const {
 std::string file_name(const std::string& text) {
   std::string out;
   for (const unsigned char c : text.substr(0, 100)) {
-    const bool plain = std::isalnum(c) != 0 || c == '_' || c == '-' || (c == '.' && !out.empty());
+    const bool plain = std::isalnum(c) != 0 || c == '_' || c == '-' || (c == '.' && !out.empty() && out.back() != '.');
     out += plain && c < 0x80 ? static_cast<char>(c) : '_';
   }
   return out.empty() ? "_" : out;

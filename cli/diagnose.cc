@@ -102,7 +102,8 @@ void run(Session& session, const DiagnoseFlags& flags) {
   refuse_overwriting(scenario.file, folder / kScenarioName);
   const Diagnosis diagnosis = run_diagnosis(session, flags, scenario, folder);
   std::vector<std::string> written = write_model(folder, scenario, diagnosis);
-  const std::vector<Picture> pictures = report_pictures(folder, scenario, marked_joints(scenario, diagnosis));
+  std::vector<Picture> pictures;
+  if (!flags.identify.no_pictures) pictures = report_pictures(folder, scenario, marked_joints(scenario, diagnosis));
   const Context context = session.context();
   write_diagnosis_report(folder, scenario, diagnosis, context, pictures);
   DiagnosisCheckpoint::remove(folder / "checkpoint.json");

@@ -147,7 +147,8 @@ void run(Session& session, const IdentifyFlags& flags) {
   SimulatorOptions simulator = options.simulator;
   simulator.max_step = leading.step.step;
   const std::vector<Trace> traces = traces_of(search, leading, simulator);
-  const std::vector<Picture> pictures = report_pictures(folder, search.scenario, {});
+  std::vector<Picture> pictures;
+  if (!flags.no_pictures) pictures = report_pictures(folder, search.scenario, {});
   Scenario identified = with_values(search.scenario, search.model, leading.values);
   identified.name += "-identified";
   std::vector<std::string> written = write_model_files(folder, "scenario.identified.yaml", search.scenario, identified,

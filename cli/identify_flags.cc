@@ -14,6 +14,7 @@ void IdentifyFlags::add_to(CLI::App& command, bool everything) {
   command.add_option("--population", population,
                      fmt::format("Parameter sets per generation (default: {})", population));
   command.add_option("--generations", generations, fmt::format("Generations (default: {})", generations));
+  command.add_flag("--no-pictures", no_pictures, "Leaves out the pose snapshots");
   if (!everything) return;
   const GeneticOptions standard;
   const auto add = [&](const char* name, std::string& value, const char* choices, const char* preset) {

@@ -11,8 +11,10 @@ namespace lacuna {
 struct IdentifyFlags {
   std::string engine = "featherstone", optimizer = "ga+lsq", fitness, coding, crossover, mutation, selection;
   int population = 70, generations = 200;
+  bool no_pictures = false;
 
-  /// `--engine`, `--optimizer`, `--population`, `--generations`; `everything`: the paper's other choices too.
+  /// `--engine`, `--optimizer`, `--population`, `--generations`, `--no-pictures`; `everything`: the paper's other
+  /// choices too.
   void add_to(CLI::App& command, bool everything);
   /// Understood; simulator and control with threads, engine and stop flag of the session. Throws InputError.
   IdentifyOptions understood(const Session& session, const std::string& engine_name) const;

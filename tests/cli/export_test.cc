@@ -1,0 +1,61 @@
+#include "scenarios/robot.h"
+#include "tests/cli/program.h"
+
+namespace lacuna::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Export, UrdfReadsBackWithTheMassesSet) {
+  const Arm arm;
+  const Outcome outcome = lacuna({"export", arm.scenario(), "--format", "urdf", "--set", "beam.mass=3.5"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto robot = Robot::from_urdf_text(outcome.out, "export");
+  EXPECT_EQ(robot->moving_mass(), 3.5);
+  EXPECT_THAT(outcome.out, HasSubstr("gain = 20 N m/V"));  // told, as the format cannot hold it
+}
+
+TEST(Export, MjcfHoldsWhatItCanAndTellsTheRest) {
+  const Arm arm;
+  const Outcome outcome =
+      lacuna({"export", arm.scenario(), "--format", "mjcf", "--set", "elbow.coulomb_friction.Fc=4", "--set",
+              "elbow.input_delay.T=0.02", "--set", "elbow.valve_offset.b=0.5", "--set", "beam.mass=4"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* part :
+       {"<joint name=\"elbow\" type=\"hinge\" axis=\"0 -1 0\"", "damping=\"1\"", "stiffness=\"30\" springref=\"0.1\"",
+        "frictionloss=\"4\"", "gainprm=\"20\"", "biasprm=\"10 0 0\"", "mass=\"4\" fullinertia=\"0.02 0.4 0.4 0 0 0\"",
+        "gravity=\"0 0 -9.81\"", "<!-- input_delay at elbow"})
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+}
+
+TEST(Export, HostileNamesStayText) {
+  const TemporaryFolder folder;
+  folder.write("a.urdf", R"(<robot name='a&quot;&gt;&lt;x'><link name='base'/>
+  <link name='l&lt;--'><inertial><origin xyz='0.4 0 0'/><mass value='2'/><inertia ixx='0.01' ixy='0' ixz='0' iyy='0.2' iyz='0' izz='0.2'/></inertial></link>
+  <joint name='j--&gt;' type='continuous'><parent link='base'/><child link='l&lt;--'/><axis xyz='0 0 1'/></joint></robot>)");
+  const auto scenario = folder.write("s.yaml",
+                                     "format: lacuna-scenario/1\nname: ../../x\nrobot: a.urdf\n"
+                                     "actuators:\n  'j-->': {model: direct_effort, gain: 1}\n");
+  for (const char* format : {"mjcf", "urdf"}) {
+    const Outcome outcome = lacuna({"export", scenario.string(), "--format", format, "-o", "out"}, folder.path());
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, Not(HasSubstr("..")));
+    const std::string text = lacuna({"export", scenario.string(), "--format", format}).out;
+    EXPECT_THAT(text, Not(HasSubstr("j-->:")));
+    EXPECT_THAT(text, Not(HasSubstr("<x")));
+  }
+}
+
+TEST(Export, FormatAndTargetAreChecked) {
+  const Arm arm;
+  expect_refused(lacuna({"export", arm.scenario()}), 2, "--format");
+  expect_refused(lacuna({"export", arm.scenario(), "--format", "sdf"}), 2, "mjcf or urdf");
+  // The scenario's name makes the file's: it must not fall on the robot that was read.
+  expect_refused(lacuna({"export", arm.scenario(), "--format", "urdf", "-o", arm.folder().string()}), 2, "arm.urdf");
+  EXPECT_EQ(lacuna({"export", arm.scenario(), "--format", "mjcf", "-o", arm.folder().string()}).code, 0);
+  EXPECT_TRUE(std::filesystem::exists(arm.folder() / "arm.xml"));
+}
+
+}  // namespace
+}  // namespace lacuna::test
