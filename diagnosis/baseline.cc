@@ -115,7 +115,7 @@ void record_fit(const CurrentModel& current, const Experiment& experiment, const
   fit.solution = current.fit;
   fit.point = current.fit.point;
   fit.values = current.space.expand(fit.point);
-  describe_fit(current.model, current.space, problem, fit);
+  describe_fit(current.model, current.space, problem, experiment.with_role(Role::train), fit);
   fit.rms.clear();
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     fit.rms.emplace_back(role, residual_rms(problem, fit.values, role));

@@ -63,6 +63,20 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
                                      : Verdict::missing_physics;
 }
 
+std::vector<Estimate> fit_everything(const CurrentModel& current, const Experiment& experiment,
+                                     const SimulatorOptions& options) {
+  std::vector<int> all(experiment.segments.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  Problem problem(current.model, experiment, current.space, options, current.weights);
+  LeastSquaresOptions finish;
+  finish.polish = false;
+  FitResult fit;
+  fit.solution = solve_least_squares(problem, current.fit.point, all, finish);
+  fit.values = current.space.expand(fit.solution.point);
+  describe_fit(current.model, current.space, problem, all, fit);
+  return fit.estimates;
+}
+
 void note_missing(const Scenario& scenario, Diagnosis& out) {
   out.notes = scenario.notes;
   if (out.before.step.error_over_noise >= 0.1) {
@@ -146,6 +160,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   }
   verify(out, before, current, experiment, simulator, options.other_engines);
   note_missing(scenario, out);
+  out.all_recordings = fit_everything(current, experiment, simulator);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return out;
 }

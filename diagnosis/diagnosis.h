@@ -85,6 +85,9 @@ struct Diagnosis {
   Unexplained unexplained;
   JointRms noise;
   FitResult before, after;                  ///< `after` equals `before` where nothing was found
+  /// The found model fitted once more to every recording, test included, after all else was settled: for comparison with
+  /// references that used the whole record. No other figure here depends on it.
+  std::vector<Estimate> all_recordings;
   std::vector<std::vector<Candidate>> rounds;
   std::vector<EngineGain> engines;
   std::vector<Trace> traces;

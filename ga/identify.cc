@@ -114,9 +114,9 @@ JointRms residual_rms(Problem& problem, std::span<const double> values, Role rol
   return out;
 }
 
-void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, FitResult& fit) {
-  const std::vector<int> train = problem.experiment().with_role(Role::train);
-  const auto blocks = problem.layout(train);
+void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, std::span<const int> segments,
+                  FitResult& fit) {
+  const auto blocks = problem.layout(segments);
   const LeastSquaresResult& s = fit.solution;
   const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(space.size());
   fit.effective_samples = effective_samples(s.residual, blocks);
@@ -179,7 +179,7 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   fit.point = fit.solution.point;
   fit.evaluations += fit.solution.evaluations;
   fit.values = space.expand(fit.point);
-  describe_fit(model, space, problem, fit);
+  describe_fit(model, space, problem, train, fit);
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     fit.rms.emplace_back(role, residual_rms(problem, fit.values, role));
   }

@@ -59,8 +59,10 @@ struct FitResult {
 FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                    const IdentifyOptions& options);
 
-/// Estimates with 95 % intervals, identifiability, and the combinations in words, from a least-squares solution.
-void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, FitResult& fit);
+/// Estimates with 95 % intervals, identifiability, and the combinations in words, from a least-squares solution over
+/// `segments`.
+void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, std::span<const int> segments,
+                  FitResult& fit);
 
 /// rms of the residual per joint over the segments of one role.
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role);

@@ -195,6 +195,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"fit",
        {{"noise", json_of(diagnosis.noise)}, {"before", rms_of(diagnosis.before)}, {"after", rms_of(diagnosis.after)}}},
       {"parameters", json_of(diagnosis.after.estimates)},
+      {"parameters_from_all_recordings", json_of(diagnosis.all_recordings)},
       {"candidates", rounds_of(diagnosis)},
       {"engines", gains},
       {"identifiability", identifiability_of(diagnosis.after)},
