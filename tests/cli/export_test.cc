@@ -23,9 +23,9 @@ TEST(Export, MjcfHoldsWhatItCanAndTellsTheRest) {
               "elbow.input_delay.T=0.02", "--set", "elbow.valve_offset.b=0.5", "--set", "beam.mass=4"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   for (const char* part :
-       {"<joint name=\"elbow\" type=\"hinge\" axis=\"0 -1 0\"", "damping=\"1\"", "stiffness=\"30\" springref=\"0.1\"",
-        "frictionloss=\"4\"", "gainprm=\"20\"", "biasprm=\"10 0 0\"", "mass=\"4\" fullinertia=\"0.02 0.4 0.4 0 0 0\"",
-        "gravity=\"0 0 -9.81\"", "<!-- input_delay at elbow"})
+       {"<joint name=\"elbow\" type=\"hinge\" axis=\"0 -1 0\"", "damping=\"1\"",
+        "stiffness=\"30\" springref=\"0.2616\"", "frictionloss=\"4\"", "gainprm=\"20\"", "biasprm=\"10 0 0\"",
+        "mass=\"4\" fullinertia=\"0.02 0.4 0.4 0 0 0\"", "gravity=\"0 0 -9.81\"", "<!-- input_delay at elbow"})
     EXPECT_THAT(outcome.out, HasSubstr(part));
 }
 

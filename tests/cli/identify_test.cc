@@ -1,3 +1,4 @@
+#include "render/snapshot.h"
 #include "tests/cli/program.h"
 
 namespace lacuna::test {
@@ -49,7 +50,9 @@ TEST(Identify, TheIdentifiedScenarioRunsAgain) {
       {"simulate", arm.scenario(), "--set", "elbow.gain=" + gain.dump(), "--set", "elbow.damping=" + damping.dump()});
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_EQ(again.out, direct.out);
+  // With pictures, where they can be drawn.
   EXPECT_EQ(lacuna({"identify", scenario, "--optimizer", "lsq", "-o", (out / "again").string()}).code, 0);
+  EXPECT_EQ(fs::exists(out / "again" / "pose_featherstone.png"), render_available());
 }
 
 TEST(Identify, ThreadsDoNotChangeTheNumbers) {
@@ -72,7 +75,7 @@ TEST(Identify, OneRecordPerEngine) {
 TEST(Identify, InterruptedItResumesToTheSameNumbers) {
   const Arm arm;
   const fs::path whole = arm.folder() / "whole", parts = arm.folder() / "parts";
-  constexpr int kGenerations = 400;
+  constexpr int kGenerations = 150;
   ASSERT_EQ(lacuna(identify(arm, whole, {}, kGenerations)).code, 0);
   std::optional<Outcome> stopped;
   for (int attempt = 0; attempt < 10 && !stopped; ++attempt) {

@@ -106,7 +106,8 @@ std::string arm_commands(double phase) {
   out << "t,u\n";
   for (int i = 0; i < 200; ++i) {
     const double t = 0.02 * i;
-    out << t << ',' << (i == 0 ? 0.0 : 2.0 * std::sin(2.1 * t + phase) + 1.5 * std::sin(5.3 * t + 2.0 * phase)) << '\n';
+    const double wave = 2.0 * std::sin(2.1 * t + phase) + 1.5 * std::sin(5.3 * t + 2.0 * phase);
+    out << t << ',' << std::min(1.0, t * t) * wave << '\n';  // from rest
   }
   return out.str();
 }
@@ -116,7 +117,7 @@ name: arm
 robot: arm.urdf
 gravity: [0, 0, -9.81]
 actuators:
-  elbow: {model: torque_source, gain: 20, damping: 1, stiffness: 30, rest: 0.1}
+  elbow: {model: torque_source, gain: 20, damping: 1, stiffness: 30, rest: 0.2616}
 identify:
   gain: {relative_bounds: [0.25, 4]}
   damping: {relative_bounds: [0.25, 4]}

@@ -47,7 +47,7 @@ nlohmann::json json_file(const std::filesystem::path& file);
 /// What `lacuna engines --json` says of each.
 std::vector<nlohmann::json> engine_records();
 
-/// One link on a motor, 4 s at 50 Hz, commands only: t, u.
+/// For one link on a motor, in balance at 0: 4 s at 50 Hz, commands only: t, u.
 std::string arm_commands(double phase = 0.0);
 /// The arm's folder: arm.urdf, scenario.yaml, and train.csv, validate.csv, test.csv as simulated by the program itself
 /// with `settings` ("elbow.gain=25") and a little noise.
