@@ -330,6 +330,8 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   page.section("Residuals", residual_section(scenario, d));
   page.section("What was tried", tried_section(d));
   page.section("Parameters", parameter_section(d.after.estimates, prefixes));
+  page.section("The found model fitted to every recording, test included (for comparison with other references only)",
+               parameter_section(d.all_recordings, prefixes));
   page.section("What the data determine", identifiability_section(d.after));
   page.section("Engines", engine_section(d));
   page.section("Population search", convergence_section(d.after.history.size() > 1 ? d.after : d.before));
