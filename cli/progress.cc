@@ -42,16 +42,18 @@ struct ProgressLine::State {
   bool closing = false, drawn = false;
   std::string stage;
   double done = 0.0;
-  Clock::time_point begin = Clock::now(), stage_begin = begin;
+  Clock::time_point begin = Clock::now(), stage_begin = begin, updated = begin;
   double stage_done = 0.0;  ///< share when the present stage began: a resumed run starts late
   std::thread drawer;
 
   std::string line() const {
-    const double elapsed = Seconds(Clock::now() - stage_begin).count(), gained = done - stage_done;
+    const double gained = done - stage_done, spent = Seconds(updated - stage_begin).count();
+    // Counted down from the last report on: between reports nothing is known but the clock.
+    const double left = spent * (1.0 - done) / std::max(gained, 1e-9) - Seconds(Clock::now() - updated).count();
     const int full = static_cast<int>(done * kBarWidth);
     std::string out = fmt::format("[{}{}] {:3.0f} %  {}", std::string(static_cast<std::size_t>(full), '#'),
                                   std::string(static_cast<std::size_t>(kBarWidth - full), '.'), 100.0 * done, stage);
-    out += gained > 1e-6 && done < 1.0 ? fmt::format(", {} left", span_of(elapsed * (1.0 - done) / gained))
+    out += gained > 1e-6 && done < 1.0 ? fmt::format(", {} left", span_of(std::max(left, 1.0)))
                                        : fmt::format(", {} so far", span_of(Seconds(Clock::now() - begin).count()));
     return out.substr(0, terminal_width() - 1);
   }
@@ -99,6 +101,7 @@ void ProgressLine::update(const std::string& stage, double done) {
   }
   state_->stage = stage;
   state_->done = done;
+  state_->updated = Clock::now();
 }
 
 std::function<void(const Progress&)> ProgressLine::callback() {
