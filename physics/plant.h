@@ -24,9 +24,12 @@ class Plant {
       if (c.type < 0) continue;
       add(joints_[static_cast<std::size_t>(c.joint)].actuator, c, Actuators::hooks<T>());
     }
-    for (const Component& c : model.effects()) {
-      if (c.joint < 0) continue;
-      add(joints_[static_cast<std::size_t>(c.joint)].effects, c, Effects::hooks<T>());
+    // In the catalogue's order, however the scenario lists them.
+    for (int type = 0; type < static_cast<int>(Effects::hooks<T>().size()); ++type) {
+      for (const Component& c : model.effects()) {
+        if (c.joint < 0 || c.type != type) continue;
+        add(joints_[static_cast<std::size_t>(c.joint)].effects, c, Effects::hooks<T>());
+      }
     }
   }
 
