@@ -56,6 +56,15 @@ double triangle(double t, int joint) {
   return 6.0 * (turn < 0.25 ? 4 * turn : turn < 0.75 ? 2 - 4 * turn : 4 * turn - 4);
 }
 
+/// From 0.1 to 2 Hz within ten seconds, then levels.
+double chirp(double t, int joint) {
+  constexpr double kEnd = 10.0;
+  if (t > kEnd) return 0.8 * steps(t - 0.3, joint + 2);
+  const double s = t - kRest, length = kEnd - kRest;
+  const double turns = 0.1 * s + (1.9 + 0.1 * joint) * s * s / (2.0 * length) + 0.13 * joint;
+  return 5.0 * std::min(1.0, s) * std::sin(2.0 * std::numbers::pi * turns);
+}
+
 std::string table(const std::vector<int>& joints, const Course& course) {
   std::string out = "t";
   for (const int joint : joints) out += fmt::format(",u_{}", joint);
@@ -79,6 +88,7 @@ void add_commands(Files& files) {
     files["hydrolek/commands_joint_2_" + name + ".csv"] = table({2}, course);
     files["hydrolek/commands_all_" + name + ".csv"] = table({1, 2, 3, 4, 5, 6, 7}, course);
   }
+  files["hydrolek/demo/commands_chirp.csv"] = table({1, 2, 3, 4, 5, 6, 7}, &chirp);
 }
 
 }  // namespace lacuna::generate

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "ga/random.h"
 #include "scenarios/generate/bundle.h"
+#include "scenarios/scenario.h"
 #include "scenarios/text.h"
 
 namespace lacuna::generate {
@@ -82,6 +84,17 @@ void add_joint_2(Files& files, const std::string& table, const Source& truth) {
       actuators(held_but_joint_2(truth)) + joint_2_channels();
 }
 
+/// Where identification of the seven-function arm starts.
+const std::vector<Source> kStart{{120, 220, 2000, 0}, {200, 231.8, 3060, 0.4}, {70, 70, 900, -0.8}, {4, 3, 40, 0.3},
+                                 {9, 8, 90, 0.3},     {1.2, 0.5, 10, 0},       {20, 60, 2000, 0.05}};
+
+const char* const kIdentifyAll =
+    "identify:                      # start values are the ones above and in the URDF\n"
+    "  gain:      {relative_bounds: [0.25, 4.0]}\n"
+    "  damping:   {relative_bounds: [0.25, 4.0]}\n"
+    "  stiffness: {relative_bounds: [0.25, 4.0]}\n"
+    "  mass:      {relative_bounds: [0.4, 2.5]}\n";
+
 std::string all_joints_channels() {
   return "channels:\n  time: t                      # s\n" + columns("command", "u", 1, 7, "V, held between samples") +
          columns("position", "q", 1, 7, "rad; joint_7: m");
@@ -92,19 +105,7 @@ void add_all_joints(Files& files) {
   text +=
       "sample_period: 0.01            # s\ntotal_mass: 42.6               # kg, known; individual link masses are "
       "not\n";
-  text += actuators({{120, 220, 2000, 0},
-                     {200, 231.8, 3060, 0.4},
-                     {70, 70, 900, -0.8},
-                     {4, 3, 40, 0.3},
-                     {9, 8, 90, 0.3},
-                     {1.2, 0.5, 10, 0},
-                     {20, 60, 2000, 0.05}});
-  text +=
-      "identify:                      # start values are the ones above and in the URDF\n"
-      "  gain:      {relative_bounds: [0.25, 4.0]}\n"
-      "  damping:   {relative_bounds: [0.25, 4.0]}\n"
-      "  stiffness: {relative_bounds: [0.25, 4.0]}\n"
-      "  mass:      {relative_bounds: [0.4, 2.5]}\n";
+  text += actuators(kStart) + kIdentifyAll;
   text += all_joints_channels();
   text += recordings(
       "all_joints",
@@ -123,6 +124,64 @@ void add_all_joints(Files& files) {
                                             all_joints_channels();
 }
 
+/// `value` times a factor drawn within 30 % of 1, to three digits.
+double drawn(RandomStream& stream, double value) {
+  return std::stod(fmt::format("{:.3g}", value * stream.uniform(0.7, 1.3)));
+}
+
+/// Masses of all links drawn alike, then brought to the known total; the last moving link takes the rounding.
+std::vector<double> drawn_masses(RandomStream& stream, const Robot& robot) {
+  std::vector<double> masses;
+  double sum = 0.0;
+  for (const Link& link : robot.links()) {
+    masses.push_back(link.inertial.mass > 0.0 ? drawn(stream, link.inertial.mass) : 0.0);
+    sum += masses.back();
+  }
+  const double total = robot.moving_mass();
+  double rest = total;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    masses[i] = std::round(1e3 * masses[i] * total / sum) / 1e3;
+    rest -= masses[i];
+    if (masses[i] > 0.0) last = i;
+  }
+  masses[last] = std::round(1e3 * (masses[last] + rest)) / 1e3;
+  return masses;
+}
+
+/// The demonstration: every parameter unknown within 30 %, and friction in the shoulder that the model leaves out.
+void add_demo(Files& files) {
+  constexpr std::uint64_t kSeed = 1;
+  RandomStream stream(kSeed, 0, 0);
+  std::vector<Source> truth;
+  for (const Source& s : kStart)
+    truth.push_back({drawn(stream, s.gain), drawn(stream, s.damping), drawn(stream, s.stiffness), s.rest});
+  const auto robot = hydrolek();
+
+  files["hydrolek/demo/scenario.yaml"] =
+      "# The arm with something in it that this model leaves out: `lacuna diagnose` shall find it.\n" +
+      head("demo", "../hydrolek.urdf") +
+      "sample_period: 0.01            # s\ntotal_mass: 42.6               # kg, known; individual link masses are "
+      "not\n" +
+      actuators(kStart) + kIdentifyAll + all_joints_channels() +
+      "noise:                         # rms\n"
+      "  position: {joint_1: 0.0003, joint_2: 0.0003, joint_3: 0.0003, joint_4: 0.0003, joint_5: 0.0003, joint_6: "
+      "0.0003, "
+      "joint_7: 0.00003}   # rad; joint_7: m\n"
+      "recordings:                    # each starts at rest\n"
+      "  - {file: train_1.csv, role: train}\n"
+      "  - {file: train_2.csv, role: train}\n"
+      "  - {file: train_3.csv, role: train}\n"
+      "  - {file: validate_1.csv, role: validate}\n"
+      "  - {file: test_1.csv, role: test}\n";
+  files["hydrolek/demo/truth.yaml"] =
+      "# The truth behind scenario.yaml: never an input to a diagnosis.\n" + head("demo_truth", "truth.urdf") +
+      "sample_period: 0.01            # s\n" + actuators(truth) + all_joints_channels() +
+      "effects:                       # torque -= Fc*tanh(velocity/v0); N m, rad/s\n"
+      "  - {effect: coulomb_friction, where: joint_2, parameters: {Fc: 40, v0: 0.004}}\n";
+  files["hydrolek/demo/truth.urdf"] = to_urdf(*robot, drawn_masses(stream, *robot));
+}
+
 void add_referee(Files& files, const std::string& name, const std::string& comment) {
   files[name + "/scenario.yaml"] = "# " + comment + "\n" + head(name, name + ".urdf");
 }
@@ -134,6 +193,7 @@ void add_scenarios(Files& files) {
   add_joint_2(files, "table1", {200, 231.8, 3060, 0.4});
   add_joint_2(files, "table5", {20, 48, 5008, 0.4});
   add_all_joints(files);
+  add_demo(files);
   add_referee(files, "pendulum",
               "Closed form: (m l^2/3 + m w^2/12 ) q'' = -m g l/2 sin q, with m 1 kg, l 1 m, rod width w 0.02 m.");
   add_referee(files, "double_pendulum", "Closed form: two rods, equations in tests/reference.");
