@@ -57,7 +57,8 @@ endif()
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set_source_files_properties(physics/predictor_avx2.cc PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma;-ffp-contract=fast")
   set_source_files_properties(physics/predictor_avx512.cc PROPERTIES
-    COMPILE_OPTIONS "-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mavx2;-mfma;-ffp-contract=fast;-mprefer-vector-width=512")
+    # GCC 12 warns of its own intrinsics' undefined lanes.
+    COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized;-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mavx2;-mfma;-ffp-contract=fast;-mprefer-vector-width=512")
 endif()
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$")
 set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES} ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
