@@ -12,6 +12,8 @@
 namespace lacuna {
 namespace {
 
+constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
+
 /// Findings' own estimates, taken out of the fit's under their short names.
 void attach_parameters(Diagnosis& out) {
   for (Finding& finding : out.findings) {
@@ -63,6 +65,17 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
                                      : Verdict::missing_physics;
 }
 
+/// An effect that was just found may need a finer step than the plain model did; then the fit is repeated with it.
+void refine_step(CurrentModel& current, const Experiment& experiment, SimulatorOptions& simulator,
+                 const RunControl& control, StepChoice& step) {
+  step = choose_step(current.model, experiment, simulator, current.space.expand(current.fit.point));
+  if (step.step >= simulator.max_step) return;
+  simulator.max_step = step.step;
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  refine(current, experiment, simulator, quiet, kRefinedIterations);
+}
+
 std::vector<Estimate> fit_everything(const CurrentModel& current, const Experiment& experiment,
                                      const SimulatorOptions& options) {
   std::vector<int> all(experiment.segments.size());
@@ -79,8 +92,8 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
 
 void note_missing(const Scenario& scenario, Diagnosis& out) {
   out.notes = scenario.notes;
-  if (out.before.step.error_over_noise >= 0.1) {
-    out.notes.push_back("integration error is " + std::to_string(out.before.step.error_over_noise) +
+  if (out.after.step.error_over_noise >= 0.1) {
+    out.notes.push_back("integration error is " + std::to_string(out.after.step.error_over_noise) +
                         " of the noise at the finest step tried: small effects cannot be told from it");
   }
 }
@@ -124,6 +137,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   record_fit(before, experiment, simulator, out.before);
 
   CurrentModel current = before;
+  StepChoice found_step = out.before.step;
   DecideOptions decide_options{simulator, control, out.seed};
   decide_options.control.progress = nullptr;
   for (int round = 0; round < options.most_effects; ++round) {
@@ -146,11 +160,14 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     if (!finding) break;
     out.findings.push_back(std::move(*finding));
     current = std::move(next);
+    refine_step(current, experiment, simulator, control, found_step);
+    decide_options.simulator = simulator;
   }
 
   report("verifying", 0.92);
   out.after = out.before;
   if (!out.findings.empty()) record_fit(current, experiment, simulator, out.after);
+  out.after.step = found_step;
   attach_parameters(out);
   judge_rest(out, before, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(model, experiment);

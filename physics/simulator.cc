@@ -81,9 +81,11 @@ LaneInfo lane_info() { return {lane_choice().name, lane_choice().width}; }
 
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values) {
-  constexpr double kCoarsest = 0.010, kFinest = 1.0e-4;  // s
+  constexpr double kFinest = 1.0e-4;                     // s
   constexpr double kShare = 0.1;                         // of the noise, the project's rule
-  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {kCoarsest, 0.0};
+  // Steps end at samples, so a step longer than the sampling period is none.
+  const double coarsest = std::min(0.010, experiment.sample_period);
+  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {coarsest, 0.0};
   std::vector<int> segments = experiment.with_role(Role::train);
   if (segments.size() > 12) segments.resize(12);  // windows: the first dozen
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
@@ -96,7 +98,7 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
     });
     return out;
   };
-  StepChoice choice{kCoarsest, HUGE_VAL};
+  StepChoice choice{coarsest, HUGE_VAL};
   auto coarse = predict(choice.step);
   for (;;) {
     const auto fine = predict(0.5 * choice.step);

@@ -58,7 +58,7 @@ struct StepChoice {
   double step = 0.0;               ///< s
   double error_over_noise = 0.0;   ///< measured by halving
 };
-/// Halves the step from 10 ms until the error stays under a tenth of the noise (or the shortest step is reached).
+/// Halves the step from 10 ms, or the sampling period where that is shorter, until the error stays under a tenth of the noise (or the shortest step is reached).
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values);
 
