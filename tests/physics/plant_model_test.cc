@@ -1,0 +1,103 @@
+// The plant's constant model: names, values, and every way in which a scenario can be wrong about them.
+#include "physics/plant_model.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/physics/plants.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+Scenario pendulum_with(std::vector<ActuatorSpec> drives, std::vector<EffectSpec> effects = {}) {
+  Scenario scenario = bare_scenario(bundled_robot("pendulum/pendulum.urdf"), std::move(drives));
+  scenario.effects = std::move(effects);
+  return scenario;
+}
+
+ActuatorSpec drive() { return actuator("swing", "torque_source", {{"gain", 2.0}, {"damping", 0.5}, {"stiffness", 1.0}}); }
+
+/// All of `parts` stand in the refusal of this scenario, which names the scenario's entry first.
+void expect_refused(const Scenario& scenario, const std::string& where, const std::vector<std::string>& parts) {
+  const std::string message = input_error([&] { PlantModel model(scenario); });
+  EXPECT_EQ(message.rfind(where, 0), 0u) << message;
+  for (const std::string& part : parts) EXPECT_NE(message.find(part), std::string::npos) << message << " lacks " << part;
+}
+
+TEST(PlantModel, NamesEveryParameterWithItsUnitAndValue) {
+  const PlantModel model(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", 0.3}}), effect("payload", "arm", {})}));
+  const std::vector<std::pair<std::string, double>> expected = {
+      {"swing.gain", 2.0}, {"swing.damping", 0.5}, {"swing.stiffness", 1.0}, {"swing.rest", 0.0}, {"rod.mass", 1.0},
+      {"swing.coulomb_friction.Fc", 0.3}, {"arm.payload.m", 0.0}};
+  for (const auto& [name, value] : expected) {
+    const int index = model.find(name);
+    ASSERT_GE(index, 0) << name;
+    EXPECT_EQ(model.values()[static_cast<std::size_t>(index)], value) << name;
+  }
+  EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("swing.gain"))].unit, "N m/V");
+  EXPECT_EQ(model.find("swing.nothing"), -1);
+  EXPECT_EQ(model.matching("damping"), std::vector<int>{model.find("swing.damping")});
+  EXPECT_EQ(model.matching("mass"), std::vector<int>{model.find("rod.mass")});
+  EXPECT_TRUE(model.matching("nothing").empty());
+}
+
+TEST(PlantModel, GivesLinearUnitsToPrismaticJoints) {
+  const PlantModel model(bare_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}})}));
+  EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("slide.damping"))].unit, "N s/m");
+}
+
+TEST(PlantModel, RefusesWhatItDoesNotKnowAndListsWhatItDoes) {
+  const std::string at = "test: actuators.swing";
+  expect_refused(pendulum_with({actuator("swing", "magnet", {})}), at, {"\"magnet\"", "torque_source", "flow_source", "direct_effort"});
+  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gian", 1.0}})}), at, {"\"gian\"", "gain", "damping"});
+  expect_refused(pendulum_with({drive()}, {effect("gremlins", "swing", {})}), "test: effects",
+                 {"\"gremlins\"", "coulomb_friction", "payload"});
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"mu", 1.0}})}), "test: effects", {"\"mu\"", "Fc"});
+}
+
+TEST(PlantModel, RefusesMissingAndImpossibleValuesWithTheAllowedRange) {
+  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gain", 1.0}})}), "test: actuators.swing", {"damping"});
+  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", -1.0}, {"stiffness", 1.0}})}),
+                 "test: actuators.swing", {"damping = -1", "0"});
+  expect_refused(pendulum_with({drive()}, {effect("input_delay", "swing", {{"T", 5.0}})}), "test: effects", {"T = 5", "1 s"});
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", kMissing}})}), "test: effects", {"Fc"});
+}
+
+TEST(PlantModel, RefusesEffectsAtAPlaceWhereTheyCannotActOrStandAlready) {
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "arm", {})}), "test: effects", {"\"arm\"", "joint"});
+  expect_refused(pendulum_with({drive()}, {effect("payload", "swing", {})}), "test: effects", {"\"swing\"", "arm"});
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "elbow", {})}), "test: effects", {"\"elbow\""});
+  expect_refused(pendulum_with({drive()}, {effect("payload", "arm", {}), effect("payload", "arm", {})}), "test: effects", {"twice"});
+}
+
+TEST(PlantModel, SwitchesAnEffectOffInRecordingsThatItDoesNotName) {
+  const PlantModel model(pendulum_with({drive()}, {effect("payload", "arm", {{"m", 2.0}}, {"a.csv", "b.csv"})}));
+  const auto m = static_cast<std::size_t>(model.find("arm.payload.m"));
+  EXPECT_EQ(model.values_in("a.csv", model.values())[m], 2.0);
+  EXPECT_EQ(model.values_in("b.csv", model.values())[m], 2.0);
+  EXPECT_EQ(model.values_in("c.csv", model.values())[m], 0.0);
+}
+
+TEST(PlantModel, WithEffectsLeavesTheOriginalAndTheOldValuesAlone) {
+  const PlantModel plain(pendulum_with({drive()}));
+  const PlantModel more = plain.with_effects({effect("valve_offset", "swing", {{"b", 0.1}})});
+  EXPECT_EQ(plain.find("swing.valve_offset.b"), -1);
+  ASSERT_GT(more.parameters().size(), plain.parameters().size());
+  for (std::size_t i = 0; i < plain.parameters().size(); ++i) EXPECT_EQ(more.parameters()[i].name, plain.parameters()[i].name);
+  EXPECT_EQ(more.find_effect_at("valve_offset", "swing"), 0);
+  EXPECT_EQ(more.find_effect_at("valve_offset", "arm"), -1);
+}
+
+TEST(PlantModel, ScalesALinksInertiaWithItsMass) {
+  const PlantModel model(pendulum_with({drive()}));
+  std::vector<double> values = model.values();
+  values[static_cast<std::size_t>(model.find("rod.mass"))] = 3.0;
+  const Inertial one = model.inertials(model.values())[0], three = model.inertials(values)[0];
+  EXPECT_DOUBLE_EQ(three.mass, 3.0 * one.mass);
+  EXPECT_TRUE(three.com.isApprox(one.com, 1e-14));
+  EXPECT_TRUE(three.inertia.isApprox(3.0 * one.inertia, 1e-14));
+}
+
+}  // namespace
+}  // namespace lacuna

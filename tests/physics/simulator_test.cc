@@ -1,0 +1,245 @@
+// The population call: lanes, threads and engines give the same answer; the step follows the noise.
+#include <gtest/gtest.h>
+
+#include <mutex>
+
+#include "tests/physics/plants.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+const Start kArmStart{{0.0, 0.4, -0.3, 0.2, 0.3, 0.0}, std::vector<double>(6, 0.0), false};
+
+/// Six joints on damped springs, like the seed's arm.
+Scenario arm(const Drive& drive) {
+  auto robot = bundled_robot("hydrolek/seed_table1.urdf");
+  const double gain[6] = {100.0, 170.0, 70.0, 3.0, 8.0, 1.5};
+  const double damping[6] = {200.0, 240.0, 84.0, 3.6, 9.2, 0.56};
+  const double stiffness[6] = {1500.0, 3800.0, 960.0, 46.0, 84.0, 7.8};
+  std::vector<ActuatorSpec> drives;
+  for (std::size_t j = 0; j < 6; ++j) {
+    drives.push_back(actuator(robot->joints()[j].name, "torque_source",
+                              {{"gain", gain[j]}, {"damping", damping[j]}, {"stiffness", stiffness[j]}, {"rest", kArmStart.q[j]}}));
+  }
+  return driven_scenario(robot, drives, drive, kArmStart);
+}
+
+/// Parameter vectors around the model's own: factors from 0.8 to 1.2 on everything that is not zero or infinite.
+std::vector<std::vector<double>> population(const PlantModel& model, int count, std::uint64_t seed) {
+  Noise random(seed);
+  std::vector<std::vector<double>> out;
+  for (int i = 0; i < count; ++i) {
+    out.push_back(model.values());
+    for (double& x : out.back()) {
+      if (std::isfinite(x)) x *= 0.8 + 0.4 * random.uniform();
+    }
+  }
+  return out;
+}
+
+TEST(Lanes, EqualTheScalarPathToRoundingOverTwentySeconds) {
+  constexpr double kRelative = 1e-12;
+  const Scenario scenario = arm(sine_drive(6, 20.0, 0.01, 4.0));
+  const PlantModel model = PlantModel(scenario).with_effects({effect("valve_offset", "joint_3", {{"b", 0.2}}),
+                                                              effect("actuator_saturation", "joint_2", {{"cap", 3.0}})});
+  const Experiment experiment = started_experiment(scenario, kArmStart);
+  const auto values = population(model, lane_info().width + 1, 5);
+  const auto lanes = predict(model, experiment, values, on("featherstone", 0.005));
+  auto scalar = make_engine_predictor("featherstone", model, experiment);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::vector<const std::vector<double>*> one{&values[i]};
+    std::vector<std::vector<std::vector<double>>> expected;
+    scalar->predict(one, experiment.segments[0], 0.005, expected);
+    for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
+      double size = 0.0;
+      for (const double x : expected[0][c]) size = std::max(size, std::fabs(x));
+      EXPECT_LT(worst_difference(lanes[i][0][c], expected[0][c]), kRelative * size) << "individual " << i << " channel " << c;
+    }
+  }
+}
+
+TEST(Lanes, DoNotDisturbEachOtherWhenOneDivergesOrHoldsGarbage) {
+  const Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
+  const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 30.0}})});
+  const Experiment experiment = started_experiment(scenario, kArmStart);
+  auto values = population(model, lane_info().width, 6);
+  const auto clean = predict(model, experiment, values, on("featherstone", 0.005));
+  for (const double bad : {kMissing, HUGE_VAL, 1e300, -1e9}) {
+    auto spoilt = values;
+    spoilt[1][static_cast<std::size_t>(model.find("joint_2.gain"))] = bad;
+    const auto out = predict(model, experiment, spoilt, on("featherstone", 0.005));
+    EXPECT_FALSE(same_bits(out[1], clean[1]));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i == 1) continue;
+      EXPECT_TRUE(same_bits(out[i], clean[i])) << "lane " << i << " beside a gain of " << bad;
+    }
+  }
+}
+
+TEST(Lanes, GiveTheSameAnswerInWhateverCompanyAnIndividualIsSimulated) {
+  const Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
+  const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 30.0}}),
+                                                              effect("input_delay", "joint_3", {{"T", 0.013}})});
+  const Experiment experiment = started_experiment(scenario, kArmStart);
+  const auto values = population(model, 2 * lane_info().width + 3, 7);
+  const auto together = predict(model, experiment, values, on("featherstone", 0.005));
+  for (const std::size_t i : {std::size_t{0}, std::size_t{3}, values.size() - 1}) {
+    EXPECT_TRUE(same_bits(predict(model, experiment, {values[i]}, on("featherstone", 0.005))[0], together[i])) << i;
+  }
+}
+
+TEST(Simulator, GivesTheSameBitsOnOneAndTwoThreadsOnEveryEngine) {
+  Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
+  scenario.prediction = Windows{0.2};
+  const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 30.0}})});
+  const Experiment experiment = make_experiment(scenario);
+  const auto values = population(model, 5, 8);
+  for (const std::string& engine : available_engines()) {
+    EXPECT_TRUE(same_bits(predict(model, experiment, values, on(engine, 0.005, 1)),
+                          predict(model, experiment, values, on(engine, 0.005, 2))))
+        << engine;
+  }
+}
+
+TEST(Simulator, VisitsEveryPairOfIndividualAndSegmentOnce) {
+  Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
+  scenario.prediction = Windows{0.25};
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  ASSERT_EQ(experiment.segments.size(), 4u);
+  const auto values = population(model, lane_info().width + 2, 9);
+  std::mutex lock;
+  std::map<std::pair<int, int>, int> seen;
+  const std::vector<int> asked{3, 1};
+  make_simulator(model, experiment, on("featherstone", 0.01, 2))->run(values, asked, [&](int i, int s, const auto& predicted) {
+    const std::lock_guard<std::mutex> hold(lock);
+    ++seen[{i, s}];
+    EXPECT_EQ(predicted.size(), experiment.channels.size());
+  });
+  EXPECT_EQ(seen.size(), 2 * values.size());
+  for (const auto& [pair, times] : seen) {
+    EXPECT_EQ(times, 1);
+    EXPECT_TRUE(pair.second == 1 || pair.second == 3);
+  }
+}
+
+TEST(Simulator, EnginesAgreeOnOneRolloutWithDelaySaturationPayloadAndFriction) {
+  constexpr double kAgreement = 1e-8;  // rad, over 2 s
+  constexpr double kRubbing = 3e-4;    // rad: reversals and break-aways amplify rounding up to the step's own error
+  constexpr double kOde = 1e-4;        // rad: its accelerations are good to 1e-5 of theirs, integrated over 2 s
+  const Scenario scenario = arm(sine_drive(6, 2.0, 0.01, 5.0));
+  const PlantModel smooth = PlantModel(scenario).with_effects(
+      {effect("input_delay", "joint_3", {{"T", 0.023}}), effect("actuator_saturation", "joint_2", {{"cap", 3.0}}),
+       effect("payload", "arm", {{"m", 3.0}})});
+  const PlantModel rubbing = smooth.with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 40.0}})});
+  const Experiment experiment = started_experiment(scenario, kArmStart);
+  const auto reference = predict_one(smooth, experiment, on("featherstone", 0.005)).front();
+  const auto rubbed = predict_one(rubbing, experiment, on("featherstone", 0.005)).front();
+  for (const std::string& engine : available_engines()) {
+    const auto other = predict_one(smooth, experiment, on(engine, 0.005)).front();
+    const auto other_rubbed = predict_one(rubbing, experiment, on(engine, 0.005)).front();
+    for (std::size_t c = 0; c < reference.size(); ++c) {
+      EXPECT_LT(worst_difference(other[c], reference[c]), engine == "ode" ? kOde : kAgreement) << engine << " joint " << c;
+      EXPECT_LT(worst_difference(other_rubbed[c], rubbed[c]), kRubbing) << engine << " joint " << c;
+    }
+  }
+}
+
+TEST(Simulator, RefusesAnUnknownEngine) {
+  const Scenario scenario = arm(constant_drive(6, 0.2, 0.01, 0.0));
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  EXPECT_THROW(make_simulator(model, experiment, on("bullet", 0.01)), InputError);
+}
+
+TEST(Simulator, StopsWhenItIsAskedTo) {
+  const Scenario scenario = arm(constant_drive(6, 0.2, 0.01, 0.0));
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  StopFlag stop{true};
+  SimulatorOptions options = on("featherstone", 0.01);
+  options.stop = &stop;
+  EXPECT_THROW(predict_one(model, experiment, options), Interrupted);
+}
+
+TEST(ChooseStep, KeepsTheIntegrationErrorUnderATenthOfTheNoise) {
+  for (const double noise : {1e-3, 1e-6, 1e-10}) {
+    Scenario scenario = arm(sine_drive(6, 2.0, 0.01, 5.0));
+    for (const Joint& joint : scenario.robot->joints()) scenario.noise[ChannelKind::position][joint.name] = noise;
+    const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 40.0}})});
+    const Experiment experiment = started_experiment(scenario, kArmStart);
+    const StepChoice choice = choose_step(model, experiment, on("featherstone", 0.01), model.values());
+    if (noise == 1e-10) {
+      // Out of reach through reversals: the shortest step, and an honest figure.
+      EXPECT_GT(choice.error_over_noise, 0.1);
+      EXPECT_LT(choice.step, 2e-4);
+      continue;
+    }
+    const auto chosen = predict_one(model, experiment, on("featherstone", choice.step)).front();
+    const auto truth = predict_one(model, experiment, on("featherstone", choice.step / 16.0)).front();
+    double worst = 0.0;
+    for (std::size_t c = 0; c < chosen.size(); ++c) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < chosen[c].size(); ++k) sum += std::pow(chosen[c][k] - truth[c][k], 2);
+      worst = std::max(worst, std::sqrt(sum / static_cast<double>(chosen[c].size())) / noise);
+    }
+    EXPECT_LT(worst, 0.1) << "noise " << noise << " step " << choice.step;
+    EXPECT_LT(choice.error_over_noise, 0.1);
+  }
+}
+
+/// Positions of the double pendulum recorded at 1 kHz.
+Scenario smooth_recording(double damping) {
+  auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
+  Scenario scenario = bare_scenario(
+      robot,
+      {actuator("shoulder", "torque_source", {{"gain", 3.0}, {"damping", 1.5}, {"stiffness", 20.0}}),
+       actuator("elbow", "torque_source", {{"gain", 2.0}, {"damping", damping}, {"stiffness", 10.0}})},
+      false);
+  return scenario;
+}
+
+TEST(InverseDynamicsPrediction, LeavesNothingOfDataThatTheSameModelMade) {
+  // What is left is the filter's action on products of signals, on the start and on the held command, at 40 Hz.
+  constexpr double kShare = 1e-2;  // of the command's rms
+  Scenario scenario = smooth_recording(0.8);
+  const Drive drive = sine_drive(2, 4.0, 0.001, 3.0);
+  add_recording(scenario, simulated_recording(scenario, drive, {{0.1, 0.2}, {0.0, 0.0}, false}, "featherstone", "run.csv"));
+  scenario.prediction = InverseDynamics{40.0};
+  const PlantModel same(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  Scenario wrong_scenario = smooth_recording(1.6);
+  const PlantModel wrong(wrong_scenario);
+  auto rms = [](const std::vector<double>& x) {
+    double sum = 0.0;
+    for (const double y : x) sum += y * y;
+    return std::sqrt(sum / static_cast<double>(x.size()));
+  };
+  const auto residual = predict_one(same, experiment, on("featherstone", 0.01)).front();
+  const auto off = predict_one(wrong, experiment, on("featherstone", 0.01)).front();
+  ASSERT_EQ(residual.size(), 2u);
+  for (std::size_t j = 0; j < 2; ++j) EXPECT_LT(rms(residual[j]), kShare * experiment.command_rms[j]) << "joint " << j;
+  EXPECT_GT(rms(off[1]), 5.0 * kShare * experiment.command_rms[1]) << "a wrong damping must show";
+}
+
+TEST(InverseDynamicsPrediction, IsTheSameOnEveryEngine) {
+  Scenario scenario = smooth_recording(0.8);
+  const Drive drive = sine_drive(2, 1.0, 0.001, 3.0);
+  add_recording(scenario, simulated_recording(scenario, drive, {{0.1, 0.2}, {0.0, 0.0}, false}, "featherstone", "run.csv"));
+  scenario.prediction = InverseDynamics{40.0};
+  const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "elbow", {{"Fc", 0.3}})});
+  const Experiment experiment = make_experiment(scenario);
+  const auto reference = predict_one(model, experiment, on("featherstone", 0.01)).front();
+  for (const std::string& engine : available_engines()) {
+    const auto other = predict_one(model, experiment, on(engine, 0.01)).front();
+    for (std::size_t j = 0; j < 2; ++j) {
+      // V, of efforts of some 10 N m over gains of 2 to 3: ODE's relative 1e-5, rounding for the others.
+      EXPECT_LT(worst_difference(other[j], reference[j]), engine == "ode" ? 1e-3 : 1e-9) << engine;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lacuna
