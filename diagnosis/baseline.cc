@@ -7,7 +7,7 @@ namespace lacuna {
 namespace {
 
 constexpr int kReweightings = 1;
-constexpr double kSameWeight = 0.1;   ///< relative change of a weight that is worth another fit
+constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
 }  // namespace
 
@@ -20,9 +20,9 @@ std::vector<double> noise_levels(const PlantModel& model, const Experiment& expe
       std::vector<double> seen;
       for (const Segment& segment : experiment.segments) {
         if (segment.count < 100) continue;
-        const std::vector<double> time(segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first),
-                                       segment.commands->time.begin() +
-                                           static_cast<std::ptrdiff_t>(segment.first + segment.count));
+        const std::vector<double> time(
+            segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first),
+            segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first + segment.count));
         const double rms = noise_from_differences(time, segment.measured[c]);
         if (std::isfinite(rms)) seen.push_back(rms);
       }

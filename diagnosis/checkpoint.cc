@@ -27,7 +27,10 @@ std::vector<double> numbers(const Json& list) {
 }
 
 Json to_json(const Candidate& c) {
-  return {{"effect", c.effect}, {"place", c.place}, {"parameters", c.parameters}, {"note", c.note},
+  return {{"effect", c.effect},
+          {"place", c.place},
+          {"parameters", c.parameters},
+          {"note", c.note},
           {"numbers", exact({c.train_gain, c.heldout_gain, c.heldout_error, c.heldout_share, c.p_value})}};
 }
 Candidate candidate_from(const Json& j) {
@@ -36,9 +39,14 @@ Candidate candidate_from(const Json& j) {
 }
 
 Json to_json(const Finding& f) {
-  Json out = {{"effect", f.effect}, {"place", f.place}, {"members", f.members}, {"recordings", f.recordings},
-              {"regions", f.regions}, {"fixed", Json::object()},
-              {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
+  Json out = {
+      {"effect", f.effect},
+      {"place", f.place},
+      {"members", f.members},
+      {"recordings", f.recordings},
+      {"regions", f.regions},
+      {"fixed", Json::object()},
+      {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
   for (const Rival& r : f.rivals) out["rivals"].push_back({r.effect, r.place, exact_text(r.probability)});
   for (const auto& [name, value] : f.fixed) out["fixed"][name] = exact_text(value);
   for (const auto& t : f.times) out["times"].push_back({t.recording, exact_text(t.begin), exact_text(t.end)});
@@ -89,7 +97,8 @@ DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string
     if (found.at("format") != kFormat) throw std::runtime_error("format");
     found.at("rounds").size();
   } catch (const std::exception&) {
-    throw InputError(file_.string(), "no readable checkpoint", "one that this program wrote; delete the file to start anew");
+    throw InputError(file_.string(), "no readable checkpoint",
+                     "one that this program wrote; delete the file to start anew");
   }
   if (found.at("problem") != problem) {
     throw InputError(file_.string(), "the checkpoint of another scenario, recording or option",
@@ -118,7 +127,8 @@ bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const S
   fit.search_cost = number(j.at("search_cost"));
   fit.seconds = number(j.at("seconds"));
   for (const Json& g : j.at("history")) {
-    fit.history.push_back({number(g.at(0)), number(g.at(1)), number(g.at(2)), number(g.at(3)), g.at(4), number(g.at(5))});
+    fit.history.push_back(
+        {number(g.at(0)), number(g.at(1)), number(g.at(2)), number(g.at(3)), g.at(4), number(g.at(5))});
   }
   SimulatorOptions simulator = options;
   simulator.max_step = fit.step.step;
@@ -127,10 +137,15 @@ bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const S
 }
 
 void DiagnosisCheckpoint::store_baseline(const CurrentModel& model, const FitResult& fit) {
-  Json j = {{"weights", exact(model.weights)}, {"point", exact(model.fit.point)}, {"engine", fit.engine},
-            {"optimizer", fit.optimizer}, {"evaluations", fit.evaluations},
-            {"step", exact({fit.step.step, fit.step.error_over_noise})}, {"search_cost", exact_text(fit.search_cost)},
-            {"seconds", exact_text(fit.seconds)}, {"history", Json::array()}};
+  Json j = {{"weights", exact(model.weights)},
+            {"point", exact(model.fit.point)},
+            {"engine", fit.engine},
+            {"optimizer", fit.optimizer},
+            {"evaluations", fit.evaluations},
+            {"step", exact({fit.step.step, fit.step.error_over_noise})},
+            {"search_cost", exact_text(fit.search_cost)},
+            {"seconds", exact_text(fit.seconds)},
+            {"history", Json::array()}};
   for (const GenerationRecord& g : fit.history) {
     j["history"].push_back({exact_text(g.best), exact_text(g.median), exact_text(g.mean), exact_text(g.diversity),
                             g.evaluations, exact_text(g.seconds)});

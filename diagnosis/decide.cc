@@ -15,7 +15,7 @@ constexpr double kChance = 0.01;
 constexpr double kStandardErrors = 2.0;
 constexpr double kLeastShare = 0.01;
 constexpr std::size_t kShortlist = 4;
-constexpr double kClassLoss = 3.0;       ///< evidence within this of the winner's: not separated (odds 20 to 1)
+constexpr double kClassLoss = 3.0;  ///< evidence within this of the winner's: not separated (odds 20 to 1)
 constexpr int kRefitIterations = 6;
 
 /// A candidate with its model, re-identified, and both residuals.
@@ -27,7 +27,7 @@ struct Tried {
   double p_value = 1.0;
   bool refitted = false;
 
-  double evidence = 0.0;           ///< see sort_by_evidence
+  double evidence = 0.0;  ///< see sort_by_evidence
 
   bool physical() const {
     for (const double x : effect.own) {
@@ -40,8 +40,12 @@ struct Tried {
 class Judge {
  public:
   Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries)
-      : current_(current), experiment_(experiment), options_(options), tries_(tries),
-        train_(experiment.with_role(Role::train)), validate_(experiment.with_role(Role::validate)),
+      : current_(current),
+        experiment_(experiment),
+        options_(options),
+        tries_(tries),
+        train_(experiment.with_role(Role::train)),
+        validate_(experiment.with_role(Role::validate)),
         plain_(current.model, experiment, current.space, options.simulator, current.weights) {
     before_validate_ = plain_.residual(current.fit.point, validate_);
   }
@@ -64,8 +68,10 @@ class Judge {
     finish.control = options_.control;
     tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
     const std::size_t base = current_.space.size();
-    tried.effect.point.assign(tried.model.fit.point.begin(), tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
-    tried.effect.own.assign(tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), tried.model.fit.point.end());
+    tried.effect.point.assign(tried.model.fit.point.begin(),
+                              tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
+    tried.effect.own.assign(tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base),
+                            tried.model.fit.point.end());
     tried.effect.residual = tried.model.fit.residual;
     tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
     judge_heldout(tried);
@@ -79,7 +85,8 @@ class Judge {
     if (!(tried.heldout.gain > kStandardErrors * tried.heldout.error)) {
       return fmt::format("held-out gain {:.1f} +- {:.1f}", tried.heldout.gain, tried.heldout.error);
     }
-    if (tried.heldout.share < kLeastShare) return fmt::format("removes {:.2g} of the held-out energy", tried.heldout.share);
+    if (tried.heldout.share < kLeastShare)
+      return fmt::format("removes {:.2g} of the held-out energy", tried.heldout.share);
     return "";
   }
 
@@ -180,8 +187,14 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
 }
 
 Candidate candidate_record(const Tried& tried, const std::string& note) {
-  return {tried.effect.spec.effect, tried.effect.spec.place,  tried.train.log_likelihood, tried.heldout.gain,
-          tried.heldout.error,      tried.heldout.share,      tried.p_value,              tried.effect.parameters,
+  return {tried.effect.spec.effect,
+          tried.effect.spec.place,
+          tried.train.log_likelihood,
+          tried.heldout.gain,
+          tried.heldout.error,
+          tried.heldout.share,
+          tried.p_value,
+          tried.effect.parameters,
           note};
 }
 
@@ -235,7 +248,8 @@ void describe_evidence(Finding& finding, const CurrentModel& before, const Curre
   for (const ResidualBlock& block : a.layout(validate)) {
     const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
     const std::size_t j = static_cast<std::size_t>(experiment.channels[static_cast<std::size_t>(block.channel)].joint);
-    if (joint < static_cast<std::ptrdiff_t>(experiment.joint_names.size()) && static_cast<std::ptrdiff_t>(j) != joint) continue;
+    if (joint < static_cast<std::ptrdiff_t>(experiment.joint_names.size()) && static_cast<std::ptrdiff_t>(j) != joint)
+      continue;
     const auto& column = segment.measured[static_cast<std::size_t>(block.channel)];
     Eigen::Index row = block.first;
     for (std::size_t k = 0; k < column.size(); ++k) {
@@ -265,8 +279,8 @@ void describe_evidence(Finding& finding, const CurrentModel& before, const Curre
     if (!(removed_total > 0.0) || !(time > 0.0)) return;
     const double share = removed / removed_total, usual = time / time_all;
     if (share > 1.3 * usual && share > 0.1) {
-      finding.regions.push_back(fmt::format("{} {}: {:.0f} % of what it removes in {:.0f} % of the samples", finding.place,
-                                            words, 100.0 * share, 100.0 * usual));
+      finding.regions.push_back(fmt::format("{} {}: {:.0f} % of what it removes in {:.0f} % of the samples",
+                                            finding.place, words, 100.0 * share, 100.0 * usual));
     }
   };
   region("near standstill", removed_slow, time_slow);

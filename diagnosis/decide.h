@@ -25,9 +25,9 @@ struct DecideOptions {
 };
 
 struct Decision {
-  std::vector<Candidate> candidates;         ///< everything tried, most evidence first
-  std::optional<Finding> finding;            ///< the one kept
-  CurrentModel model;                        ///< with it, refitted; the present one if none was kept
+  std::vector<Candidate> candidates;  ///< everything tried, most evidence first
+  std::optional<Finding> finding;     ///< the one kept
+  CurrentModel model;                 ///< with it, refitted; the present one if none was kept
 };
 
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,

@@ -41,7 +41,8 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   for (std::size_t c = 0; c < noise.size(); ++c) {
     noise[c] /= before.weights[c];
     for (const ResidualBlock& block : blocks) {
-      if (block.channel == static_cast<int>(c) && noise[c] > 0.0) floor += noise[c] * noise[c] * static_cast<double>(block.count);
+      if (block.channel == static_cast<int>(c) && noise[c] > 0.0)
+        floor += noise[c] * noise[c] * static_cast<double>(block.count);
     }
   }
   const std::vector<Channel> channels = predicted_channels(before.model, experiment);
@@ -52,7 +53,8 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   // Without a known noise level (inverse dynamics) a rest shows by its colour alone: white would be nothing left.
   const bool noise_known = std::any_of(noise.begin(), noise.end(), [](double x) { return x > 0.0; });
   if (!noise_known && effective_samples(r1, blocks) < 0.2 * static_cast<double>(r1.size())) {
-    for (const Channel& channel : channels) out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
+    for (const Channel& channel : channels)
+      out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
     out.unexplained.regions.push_back("the rest is not white; its noise level is unknown");
   }
   const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
@@ -60,9 +62,10 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   out.unexplained.present = !out.unexplained.where.empty();
   const double removed = r0.squaredNorm() - r1.squaredNorm();
   const bool mostly_unknown = out.unexplained.present && noise_known && rest > removed;
-  out.verdict = out.findings.empty() ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
-                : mostly_unknown     ? Verdict::unknown_physics
-                                     : Verdict::missing_physics;
+  out.verdict = out.findings.empty()
+                    ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
+                : mostly_unknown ? Verdict::unknown_physics
+                                 : Verdict::missing_physics;
 }
 
 /// An effect that was just found may need a finer step than the plain model did; then the fit is repeated with it.
@@ -126,7 +129,9 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   report("plain model", 0.02);
   IdentifyOptions identify_options = options.identify;
   identify_options.control.checkpoint = saved.part("search");
-  identify_options.control.progress = [&](const Progress& p) { report("plain model: " + p.stage, 0.02 + 0.3 * p.done); };
+  identify_options.control.progress = [&](const Progress& p) {
+    report("plain model: " + p.stage, 0.02 + 0.3 * p.done);
+  };
   CurrentModel before{model, space, {}, {}};
   if (!saved.restore_baseline(experiment, options.identify.simulator, before, out.before)) {
     before = identify_plain(model, experiment, space, identify_options, out.before);
@@ -146,7 +151,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     std::optional<Finding> finding;
     std::vector<Candidate> candidates;
     if (!saved.restore_round(round, experiment, simulator, next, finding, candidates)) {
-      ScreenOptions screen{simulator, 5, [&](double d) { report("every effect at every place", share + width * 0.5 * d); }};
+      ScreenOptions screen{simulator, 5,
+                           [&](double d) { report("every effect at every place", share + width * 0.5 * d); }};
       std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
       report("weighing on held-out recordings", share + width * 0.5);
       Decision decision = decide(current, experiment, std::move(screened), decide_options);
@@ -173,7 +179,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   const std::vector<double> noise = noise_levels(model, experiment);
   const std::vector<Channel> channels = predicted_channels(model, experiment);
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (noise[c] > 0.0) out.noise.emplace_back(experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], noise[c]);
+    if (noise[c] > 0.0)
+      out.noise.emplace_back(experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], noise[c]);
   }
   verify(out, before, current, experiment, simulator, options.other_engines);
   note_missing(scenario, out);

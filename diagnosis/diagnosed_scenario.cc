@@ -12,14 +12,18 @@ Scenario with_values(const Scenario& scenario, const PlantModel& model, std::spa
     if (index >= 0) target = values[static_cast<std::size_t>(index)];
   };
   for (ActuatorSpec& actuator : out.actuators) {
-    for (const ParameterInfo& p : actuator_table()[static_cast<std::size_t>(find_actuator(actuator.model))].parameters) {
+    for (const ParameterInfo& p :
+         actuator_table()[static_cast<std::size_t>(find_actuator(actuator.model))].parameters) {
       value_of(actuator.joint + "." + p.name, actuator.parameters[p.name]);
     }
   }
   out.effects.clear();
   for (const Component& component : model.effects()) {
-    EffectSpec spec{effect_table()[static_cast<std::size_t>(component.type)].name, model.place_name(component), {},
-                    component.recordings, ""};
+    EffectSpec spec{effect_table()[static_cast<std::size_t>(component.type)].name,
+                    model.place_name(component),
+                    {},
+                    component.recordings,
+                    ""};
     for (int k = 0; k < component.count; ++k) {
       const auto index = static_cast<std::size_t>(component.first + k);
       spec.parameters[model.parameters()[index].info->name] = values[index];

@@ -26,40 +26,40 @@ struct Rival {
 /// One effect found.
 struct Finding {
   std::string effect, place;
-  double probability = 0.0;                 ///< of this effect at this place, among all that were tried and chance
-  std::vector<Rival> rivals;                ///< most probable first
-  std::vector<std::string> members;         ///< the class: effects that the data do not separate from it, itself first
-  std::vector<Estimate> parameters;         ///< names without the place ("Fc")
-  std::vector<std::string> recordings;      ///< files in which it acts; empty: all
-  std::map<std::string, double> fixed;      ///< own parameters held at these values
+  double probability = 0.0;             ///< of this effect at this place, among all that were tried and chance
+  std::vector<Rival> rivals;            ///< most probable first
+  std::vector<std::string> members;     ///< the class: effects that the data do not separate from it, itself first
+  std::vector<Estimate> parameters;     ///< names without the place ("Fc")
+  std::vector<std::string> recordings;  ///< files in which it acts; empty: all
+  std::map<std::string, double> fixed;  ///< own parameters held at these values
   struct Interval {
     std::string recording;
-    double begin = 0.0, end = 0.0;          ///< s
+    double begin = 0.0, end = 0.0;  ///< s
   };
-  std::vector<Interval> times;              ///< where the residual that it removes is largest
-  std::vector<std::string> regions;         ///< in words
-  double p_value = 1.0;                     ///< of the train gain, corrected for everything that was tried
-  double heldout_gain = 0.0;                ///< log-likelihood gained on the validate recordings
-  double heldout_error = 0.0;               ///< its standard error over blocks
-  double heldout_share = 0.0;               ///< share of the validate residual energy removed
-  double stability = 0.0;                   ///< share of block resamples in which it beats the best rival elsewhere
+  std::vector<Interval> times;       ///< where the residual that it removes is largest
+  std::vector<std::string> regions;  ///< in words
+  double p_value = 1.0;              ///< of the train gain, corrected for everything that was tried
+  double heldout_gain = 0.0;         ///< log-likelihood gained on the validate recordings
+  double heldout_error = 0.0;        ///< its standard error over blocks
+  double heldout_share = 0.0;        ///< share of the validate residual energy removed
+  double stability = 0.0;            ///< share of block resamples in which it beats the best rival elsewhere
 };
 
 struct Unexplained {
   bool present = false;
-  std::vector<std::string> where;           ///< joints
+  std::vector<std::string> where;  ///< joints
   std::vector<std::string> regions;
-  double share = 0.0;                       ///< of the validate residual energy above the noise, after the findings
+  double share = 0.0;  ///< of the validate residual energy above the noise, after the findings
 };
 
 /// Everything that was tried in one round, for the report.
 struct Candidate {
   std::string effect, place;
-  double train_gain = 0.0;                  ///< log-likelihood
+  double train_gain = 0.0;  ///< log-likelihood
   double heldout_gain = 0.0, heldout_error = 0.0, heldout_share = 0.0;
   double p_value = 1.0;
   int parameters = 0;
-  std::string note;                         ///< why it was not kept
+  std::string note;  ///< why it was not kept
 };
 
 /// The found model's residual on another engine.
@@ -67,8 +67,8 @@ struct EngineGain {
   std::string engine;
   bool available = false;
   std::string reason;
-  JointRms before, after;                   ///< on the test recordings
-  double kept = 0.0;                        ///< share of the identifying engine's energy reduction that remains
+  JointRms before, after;  ///< on the test recordings
+  double kept = 0.0;       ///< share of the identifying engine's energy reduction that remains
 };
 
 /// Signals of one test recording for the before/after plots; one per joint.
@@ -84,7 +84,7 @@ struct Diagnosis {
   std::vector<Finding> findings;
   Unexplained unexplained;
   JointRms noise;
-  FitResult before, after;                  ///< `after` equals `before` where nothing was found
+  FitResult before, after;  ///< `after` equals `before` where nothing was found
   /// The found model fitted once more to every recording, test included, after all else was settled: for comparison with
   /// references that used the whole record. No other figure here depends on it.
   std::vector<Estimate> all_recordings;
@@ -97,7 +97,7 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   IdentifyOptions identify;
-  int most_effects = 4;                     ///< findings at most
+  int most_effects = 4;  ///< findings at most
   bool other_engines = true;
 };
 

@@ -14,8 +14,8 @@ namespace lacuna {
 namespace {
 
 constexpr int kFewestBlocks = 20;
-constexpr double kFamilyError = 1e-3;   ///< chance of any joint flagged on well-specified data
-constexpr double kNegligible = 0.05;    ///< excess variance under this share of the noise's is not mentioned
+constexpr double kFamilyError = 1e-3;  ///< chance of any joint flagged on well-specified data
+constexpr double kNegligible = 0.05;   ///< excess variance under this share of the noise's is not mentioned
 constexpr int kResamples = 400;
 
 }  // namespace
@@ -28,8 +28,7 @@ double Gain::at(const Gain& reference) const {
   return sum;
 }
 
-Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                   std::span<const ResidualBlock> blocks) {
+Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks) {
   Gain out;
   std::map<int, std::vector<ResidualBlock>> channels;
   for (const ResidualBlock& block : blocks) channels[block.channel].push_back(block);

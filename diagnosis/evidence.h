@@ -12,17 +12,17 @@ namespace lacuna {
 /// Two residuals of the same samples, before and after an effect was added.
 struct Gain {
   struct Channel {
-    double effective = 0.0;      ///< samples
-    double log_ratio = 0.0;      ///< log(energy before / energy after)
+    double effective = 0.0;  ///< samples
+    double log_ratio = 0.0;  ///< log(energy before / energy after)
   };
   std::vector<Channel> channels;
   /// The gain at another residual's effective samples: candidates are compared at one count, that of the best of them.
   double at(const Gain& reference) const;
 
-  double log_likelihood = 0.0;   ///< sum over channels of (n_eff / 2) log(energy before / energy after), each channel's
-                                 ///< noise level profiled out; n_eff of the residual after
-  double effective = 0.0;        ///< samples, all channels
-  double share = 0.0;            ///< of the whitened energy removed
+  double log_likelihood = 0.0;  ///< sum over channels of (n_eff / 2) log(energy before / energy after), each channel's
+                                ///< noise level profiled out; n_eff of the residual after
+  double effective = 0.0;       ///< samples, all channels
+  double share = 0.0;           ///< of the whitened energy removed
 };
 Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks);
 
@@ -48,8 +48,8 @@ double stability(std::span<const double> first, std::span<const double> second, 
 /// Holm over the channels at 1 in 1000; and by a weight worth mentioning (`kNegligible` of the noise's energy).
 struct ExcessNoise {
   int channel = 0;
-  double ratio = 1.0;            ///< rms over noise
-  double p_value = 1.0;          ///< after Holm
+  double ratio = 1.0;    ///< rms over noise
+  double p_value = 1.0;  ///< after Holm
 };
 std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                                            std::span<const double> noise_over_weight);

@@ -9,21 +9,21 @@ namespace {
 
 /// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay finite.
 constexpr double kWidest = 1e3;
-constexpr double kShortestTime = 0.5;   ///< s, longest delay searched
+constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
-constexpr double kDamping = 1e-6;       ///< of Gauss-Newton, relative to the normal matrix' diagonal
+constexpr double kDamping = 1e-6;  ///< of Gauss-Newton, relative to the normal matrix' diagonal
 
 /// One start of one effect at one place on its way.
 struct Chain {
-  int component = 0;                    ///< in the effect's model
-  bool refined = false;                 ///< optional parameters are free, too
-  std::vector<Axis> axes;               ///< the effect's own free ones
-  Eigen::VectorXd x;                    ///< base coordinates, then own
+  int component = 0;       ///< in the effect's model
+  bool refined = false;    ///< optional parameters are free, too
+  std::vector<Axis> axes;  ///< the effect's own free ones
+  Eigen::VectorXd x;       ///< base coordinates, then own
   Eigen::VectorXd residual;
-  Eigen::MatrixXd own_columns;          ///< sensitivities of the own coordinates at the start
+  Eigen::MatrixXd own_columns;  ///< sensitivities of the own coordinates at the start
   std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> updates;  ///< Broyden: J += a b^T
-  Eigen::VectorXd tried;                ///< next x
+  Eigen::VectorXd tried;                                             ///< next x
   double step_scale = 1.0;
   bool alive = true;
 };
@@ -33,8 +33,13 @@ class EffectScreen {
  public:
   EffectScreen(const CurrentModel& current, const Experiment& experiment, const ScreenOptions& options,
                std::vector<EffectSpec> specs, std::vector<int> train)
-      : current_(current), experiment_(experiment), options_(options), specs_(std::move(specs)), train_(std::move(train)),
-        model_(current.model.with_effects(specs_)), problem_(model_, experiment, current.space, options.simulator, current.weights),
+      : current_(current),
+        experiment_(experiment),
+        options_(options),
+        specs_(std::move(specs)),
+        train_(std::move(train)),
+        model_(current.model.with_effects(specs_)),
+        problem_(model_, experiment, current.space, options.simulator, current.weights),
         base_(static_cast<Eigen::Index>(current.space.size())) {
     const std::size_t first = model_.effects().size() - specs_.size();
     for (std::size_t k = 0; k < specs_.size(); ++k) {
@@ -60,7 +65,8 @@ class EffectScreen {
  private:
   bool has_optional() const {
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
-    return std::any_of(info.parameters.begin(), info.parameters.end(), [](const ParameterInfo& p) { return p.optional; });
+    return std::any_of(info.parameters.begin(), info.parameters.end(),
+                       [](const ParameterInfo& p) { return p.optional; });
   }
   /// The place's spec with the optional parameters fixed at neutral, or left free.
   EffectSpec variant(std::size_t place, bool refined) const {
@@ -182,10 +188,13 @@ class EffectScreen {
   }
 
   void propose() {
-    parallel_for(options_.simulator.threads, static_cast<int>(chains_.size()), [&](int, int k) {
-      Chain& chain = chains_[static_cast<std::size_t>(k)];
-      if (chain.alive) propose_step(chain);
-    }, options_.simulator.stop);
+    parallel_for(
+        options_.simulator.threads, static_cast<int>(chains_.size()),
+        [&](int, int k) {
+          Chain& chain = chains_[static_cast<std::size_t>(k)];
+          if (chain.alive) propose_step(chain);
+        },
+        options_.simulator.stop);
   }
 
   /// Simulates the proposals, keeps the better ones, and brings the sensitivities up to date.
@@ -261,8 +270,8 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
     out.push_back({info.name, "arm", {}, {}, info.name});
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
-      const bool driven = current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 &&
-                          moves_under_command(experiment, j);
+      const bool driven =
+          current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
       if (driven) out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
     }
   }
@@ -291,7 +300,8 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
   const Component& component = model.effects().back();
   const Axis axis = effect_axes(model, experiment, component, spec).front();
   const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
-  const double size = info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
+  const double size =
+      info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
   Problem problem(model, experiment, current.space, options.simulator, current.weights);
   std::vector<double> values = model.values();
   const std::vector<double> plain = current.space.expand(current.fit.point);
@@ -376,7 +386,8 @@ CurrentModel extended(const CurrentModel& current, const Experiment& experiment,
   const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back(), spec);
   for (const Axis& axis : axes) out.space.add(out.model, axis);
   out.fit.point = point;
-  for (std::size_t k = 0; k < own.size(); ++k) out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));
+  for (std::size_t k = 0; k < own.size(); ++k)
+    out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));
   return out;
 }
 

@@ -18,22 +18,22 @@ namespace lacuna {
 struct CurrentModel {
   PlantModel model;
   SearchSpace space;
-  std::vector<double> weights;          ///< rms per predicted channel
-  LeastSquaresResult fit;               ///< on the train segments
+  std::vector<double> weights;  ///< rms per predicted channel
+  LeastSquaresResult fit;       ///< on the train segments
 };
 
 /// An effect at a place, with all parameters re-identified.
 struct ScreenedEffect {
-  EffectSpec spec;                      ///< effect, place, recordings; parameters named in it are fixed
-  std::vector<double> point;            ///< search point of the current model, re-identified
-  std::vector<double> own;              ///< the effect's own coordinates
-  double sum_of_squares = 0.0;          ///< on the train segments
-  Eigen::VectorXd residual;             ///< on the train segments
+  EffectSpec spec;              ///< effect, place, recordings; parameters named in it are fixed
+  std::vector<double> point;    ///< search point of the current model, re-identified
+  std::vector<double> own;      ///< the effect's own coordinates
+  double sum_of_squares = 0.0;  ///< on the train segments
+  Eigen::VectorXd residual;     ///< on the train segments
   int parameters = 0;
 };
 
 struct ScreenOptions {
-  SimulatorOptions simulator;           ///< engine, threads, step
+  SimulatorOptions simulator;  ///< engine, threads, step
   int steps = 5;
   std::function<void(double done)> progress;
 };

@@ -61,8 +61,9 @@ void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after
       const auto& y = b[static_cast<std::size_t>(s)][c];
       const double span = segment.time(segment.count - 1) - segment.time(0);
       for (std::size_t k = 0; k < x.size(); ++k) {
-        t.time.push_back(inverse ? segment.time(0) + span * (static_cast<double>(k) + 0.5) / static_cast<double>(x.size())
-                                 : segment.time(k));
+        t.time.push_back(inverse
+                             ? segment.time(0) + span * (static_cast<double>(k) + 0.5) / static_cast<double>(x.size())
+                             : segment.time(k));
         t.measured.push_back(inverse ? 0.0 : segment.measured[c][k]);
         t.before.push_back(x[k]);
         t.after.push_back(y[k]);

@@ -69,8 +69,14 @@ Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double
     low = std::min(a, b), high = std::max(a, b);
   }
   const double margin = kAtBound * std::min(axis.upper - axis.lower, std::fabs(x) + 1e-12);
-  return {p.name, p.unit, value, low, high, relative_error < kIdentifiable,
-          x <= axis.lower + margin || x >= axis.upper - margin, false};
+  return {p.name,
+          p.unit,
+          value,
+          low,
+          high,
+          relative_error < kIdentifiable,
+          x <= axis.lower + margin || x >= axis.upper - margin,
+          false};
 }
 
 }  // namespace
@@ -124,7 +130,8 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   fit.identifiability = identifiability(space, s.point, s.jacobian, variance, fit.effective_samples / n);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {
-    const double error = std::sqrt(fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(a)));
+    const double error =
+        std::sqrt(fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(a)));
     fit.estimates.push_back(
         estimate_of(model, space.axes()[a], s.point[a], error, fit.identifiability.relative_error[a]));
   }

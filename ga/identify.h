@@ -18,9 +18,9 @@ Optimizer optimizer_from_name(const std::string& name);
 struct IdentifyOptions {
   Optimizer optimizer = Optimizer::ga_lsq;
   Fitness fitness = Fitness::norm_2;
-  GeneticOptions genetic;              ///< population, generations, codings, operators, seed
-  SimulatorOptions simulator;          ///< engine, threads; max_step is chosen unless `step` is given
-  std::optional<double> step;          ///< s
+  GeneticOptions genetic;      ///< population, generations, codings, operators, seed
+  SimulatorOptions simulator;  ///< engine, threads; max_step is chosen unless `step` is given
+  std::optional<double> step;  ///< s
   RunControl control;
 };
 
@@ -29,9 +29,9 @@ struct Estimate {
   std::string name, unit;
   double value = 0.0;
   double lower95 = 0.0, upper95 = 0.0;
-  bool identifiable = false;           ///< its standard error is under half its size
+  bool identifiable = false;  ///< its standard error is under half its size
   bool at_bound = false;
-  bool derived = false;                ///< follows from the total mass
+  bool derived = false;  ///< follows from the total mass
 };
 
 /// Residual rms per joint in channel units (positions; efforts in command units for inverse dynamics).
@@ -39,8 +39,8 @@ using JointRms = std::vector<std::pair<std::string, double>>;
 
 struct FitResult {
   std::string engine, optimizer;
-  std::vector<double> values;          ///< full parameter vector of the plant
-  std::vector<double> point;           ///< search point
+  std::vector<double> values;  ///< full parameter vector of the plant
+  std::vector<double> point;   ///< search point
   std::vector<Estimate> estimates;
   Identifiability identifiability;
   std::vector<std::string> undetermined;  ///< combinations that the data cannot tell apart, in words
@@ -48,7 +48,7 @@ struct FitResult {
   double effective_samples = 0.0;
   std::vector<std::pair<Role, JointRms>> rms;
   std::vector<GenerationRecord> history;  ///< of the population search
-  double search_cost = 0.0;            ///< fitness cost after the population search
+  double search_cost = 0.0;               ///< fitness cost after the population search
   StepChoice step;
   long evaluations = 0;
   double seconds = 0.0;

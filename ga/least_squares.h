@@ -10,18 +10,18 @@ namespace lacuna {
 
 struct LeastSquaresOptions {
   int iterations = 50;
-  double tolerance = 1e-9;         ///< relative change of the cost at which it stops, if that is over .05 of chi-square
-  bool polish = true;              ///< Ceres takes the coordinates off their bounds to the bottom
+  double tolerance = 1e-9;  ///< relative change of the cost at which it stops, if that is over .05 of chi-square
+  bool polish = true;       ///< Ceres takes the coordinates off their bounds to the bottom
   RunControl control;
 };
 
 struct LeastSquaresResult {
-  std::vector<double> point;       ///< search coordinates
-  Eigen::VectorXd residual;        ///< whitened, at `point`
-  Eigen::MatrixXd jacobian;        ///< at `point`
+  std::vector<double> point;  ///< search coordinates
+  Eigen::VectorXd residual;   ///< whitened, at `point`
+  Eigen::MatrixXd jacobian;   ///< at `point`
   double sum_of_squares = 0.0;
   int iterations = 0;
-  long evaluations = 0;            ///< simulations of all segments
+  long evaluations = 0;  ///< simulations of all segments
   bool converged = false;
 };
 
@@ -36,15 +36,15 @@ double effective_samples(const Eigen::VectorXd& residual, std::span<const Residu
 
 /// What the data determine.
 struct Identifiability {
-  int rank = 0;                            ///< directions known better than their own size
-  double condition = 0.0;                  ///< of the sensitivities, columns scaled by the parameters' sizes
-  Eigen::MatrixXd covariance;              ///< of the search point; infinite directions are left out, see `rank`
-  std::vector<double> relative_error;      ///< per axis: standard error over the parameter's size
+  int rank = 0;                        ///< directions known better than their own size
+  double condition = 0.0;              ///< of the sensitivities, columns scaled by the parameters' sizes
+  Eigen::MatrixXd covariance;          ///< of the search point; infinite directions are left out, see `rank`
+  std::vector<double> relative_error;  ///< per axis: standard error over the parameter's size
   struct Direction {
-    double relative_error = 0.0;           ///< standard error along it, over its size
-    std::vector<double> weights;           ///< unit vector over the axes, each scaled by its size
+    double relative_error = 0.0;  ///< standard error along it, over its size
+    std::vector<double> weights;  ///< unit vector over the axes, each scaled by its size
   };
-  std::vector<Direction> undetermined;     ///< worst first
+  std::vector<Direction> undetermined;  ///< worst first
 };
 
 /// From the whitened Jacobian. `variance` is the residual's variance (whitened), `samples_share` the effective share of

@@ -46,7 +46,11 @@ std::vector<double> first_weights(const PlantModel& model, const Experiment& exp
 
 Problem::Problem(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                  const SimulatorOptions& options, std::vector<double> weights)
-    : model_(model), experiment_(experiment), space_(space), options_(options), weights_(std::move(weights)),
+    : model_(model),
+      experiment_(experiment),
+      space_(space),
+      options_(options),
+      weights_(std::move(weights)),
       simulator_(make_simulator(model, experiment, options)) {
   if (!inverse(experiment_)) return;
   thinned_.resize(experiment.segments.size());

@@ -15,7 +15,7 @@ namespace lacuna {
 /// One sample of the stacked residual: where it came from.
 struct ResidualBlock {
   int segment = 0, channel = 0;
-  Eigen::Index first = 0, count = 0;   ///< rows in the stacked residual
+  Eigen::Index first = 0, count = 0;  ///< rows in the stacked residual
 };
 
 /// Whitened residuals (predicted - measured) / weight of chosen segments, stacked segment by segment, channel by
@@ -56,7 +56,7 @@ class Problem {
   SimulatorOptions options_;
   std::vector<double> weights_;
   std::unique_ptr<Simulator> simulator_;
-  std::vector<std::size_t> thinned_;   ///< inverse dynamics: samples per segment after thinning
+  std::vector<std::size_t> thinned_;  ///< inverse dynamics: samples per segment after thinning
 };
 
 /// Channels of the prediction: the measured ones, or for inverse dynamics one per joint in command units.

@@ -19,7 +19,8 @@ bool is_mass(const Parameter& parameter) { return parameter.info == nullptr; }
 Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index) {
   const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
   if (spec.relative && p.value == 0.0) {
-    throw InputError(spec.where, p.name + " = 0 with relative bounds", "absolute bounds [min, max] for a start value of 0");
+    throw InputError(spec.where, p.name + " = 0 with relative bounds",
+                     "absolute bounds [min, max] for a start value of 0");
   }
   double lower = spec.relative ? spec.lower * p.value : spec.lower;
   double upper = spec.relative ? spec.upper * p.value : spec.upper;
@@ -41,8 +42,9 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario) : ba
   for (const IdentifySpec& spec : scenario.identify) {
     const std::vector<int> found = model.matching(spec.name);
     if (found.empty()) {
-      throw InputError(spec.where, quoted(spec.name),
-                       "a parameter's kind (gain, mass, ...) or full name (joint.gain, link.mass, joint.effect.parameter)");
+      throw InputError(
+          spec.where, quoted(spec.name),
+          "a parameter's kind (gain, mass, ...) or full name (joint.gain, link.mass, joint.effect.parameter)");
     }
     for (const int index : found) {
       const Axis axis = axis_for(model, spec, index);

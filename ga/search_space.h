@@ -15,7 +15,7 @@ namespace lacuna {
 /// One coordinate of the search. Bounds and start are in the search coordinate (the inverse of the parameter for
 /// Coordinate::inverse, the parameter itself otherwise).
 struct Axis {
-  int parameter = 0;              ///< index in PlantModel::parameters()
+  int parameter = 0;  ///< index in PlantModel::parameters()
   double lower = 0.0, upper = 0.0, start = 0.0;
   Coordinate coordinate = Coordinate::linear;
 };
@@ -48,10 +48,10 @@ class SearchSpace {
   void constrain_total_mass(const PlantModel& model, const Scenario& scenario);
 
   std::vector<Axis> axes_;
-  std::vector<double> base_;      ///< values of the model
+  std::vector<double> base_;  ///< values of the model
   int dependent_ = -1;
   double dependent_lower_ = 0.0, dependent_upper_ = 0.0;
-  double free_mass_ = 0.0;        ///< kg, what the free masses must sum to
+  double free_mass_ = 0.0;  ///< kg, what the free masses must sum to
   std::vector<std::size_t> mass_axes_;
 };
 

@@ -12,19 +12,20 @@ struct ActuatorInfo {
   const char* name;
   const char* equation;
   const char* use;
-  std::vector<ParameterInfo> parameters;  ///< neutral: the default where a scenario leaves the parameter out; NaN: required
+  std::vector<ParameterInfo>
+      parameters;  ///< neutral: the default where a scenario leaves the parameter out; NaN: required
 };
 
 enum class Where { joint, arm };
 
 /// One row of the catalogue (source: the project's physics notes, section 3; equations in the file of each effect).
 struct EffectInfo {
-  const char* name;      ///< identifier in files
-  const char* title;     ///< for people
+  const char* name;   ///< identifier in files
+  const char* title;  ///< for people
   Where where;
   const char* equation;
-  const char* shows_as;  ///< what a user sees
-  const char* hidden_by; ///< what mimics it
+  const char* shows_as;   ///< what a user sees
+  const char* hidden_by;  ///< what mimics it
   const char* source;
   std::vector<ParameterInfo> parameters;
   bool per_recording = false;  ///< may act in some recordings only

@@ -16,11 +16,11 @@ namespace lacuna {
 /// What a component may see of its joint at one instant.
 template <class T>
 struct JointView {
-  T t = T(0.0);                  ///< s, from the start of the recording
-  T q = T(0.0), v = T(0.0);        ///< rad, rad/s (m, m/s)
-  T u = T(0.0);                  ///< V, command as it reaches this component
-  const T* actuator = nullptr;   ///< parameters of the joint's actuator
-  const T* z = nullptr;          ///< the component's own states
+  T t = T(0.0);                 ///< s, from the start of the recording
+  T q = T(0.0), v = T(0.0);     ///< rad, rad/s (m, m/s)
+  T u = T(0.0);                 ///< V, command as it reaches this component
+  const T* actuator = nullptr;  ///< parameters of the joint's actuator
+  const T* z = nullptr;         ///< the component's own states
 };
 
 /// Search coordinate of a parameter whose neutral value lies at infinity: optimisers see its inverse.
@@ -32,24 +32,24 @@ enum class Scale { ratio, command, effort, time, mass, velocity, position };
 struct ParameterInfo {
   const char* name;
   const char* unit;
-  double neutral;                ///< at this value the component does nothing (effects) or the default (actuators)
-  double lower, upper;           ///< physical range
+  double neutral;       ///< at this value the component does nothing (effects) or the default (actuators)
+  double lower, upper;  ///< physical range
   const char* meaning;
   Scale scale = Scale::ratio;
-  std::vector<double> starts = {};             ///< sizes to start a search from, in units of `scale`
+  std::vector<double> starts = {};  ///< sizes to start a search from, in units of `scale`
   Coordinate coordinate = Coordinate::linear;
-  bool optional = false;         ///< a refinement of the effect's shape: tried free, and fixed at its neutral value
+  bool optional = false;  ///< a refinement of the effect's shape: tried free, and fixed at its neutral value
 };
 
 /// Hooks of one component for one scalar type; null where the component does not act.
 template <class T>
 struct Hooks {
-  T (*command)(const T* p, const JointView<T>& s) = nullptr;       ///< V: s.u changed
-  T (*effort)(const T* p, const JointView<T>& s) = nullptr;        ///< N m or N: smooth effort on the joint
+  T (*command)(const T* p, const JointView<T>& s) = nullptr;  ///< V: s.u changed
+  T (*effort)(const T* p, const JointView<T>& s) = nullptr;   ///< N m or N: smooth effort on the joint
   /// N m or N, >= 0: dry friction's magnitude at sliding speed `speed` >= 0; at speed 0 the break-away effort.
   T (*dry_friction)(const T* p, const T& speed, const JointView<T>& s) = nullptr;
-  T (*delay)(const T* p) = nullptr;                                ///< s, of the command
-  T (*rate)(const T* p, const JointView<T>& s) = nullptr;          ///< derivative of the component's one state
+  T (*delay)(const T* p) = nullptr;                        ///< s, of the command
+  T (*rate)(const T* p, const JointView<T>& s) = nullptr;  ///< derivative of the component's one state
   /// State at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
   T (*initial)(const T* p, const JointView<T>& s, const T& holding) = nullptr;
   /// Mass properties changed, per body (one lane at a time: done once for a simulation, not once a step).

@@ -127,7 +127,8 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     LocalState start{0.0, 0.0};
     if (c >= 0) {
       const std::vector<double>& column = piece.measured[static_cast<std::size_t>(c)];
-      start = local_state(piece.track->time, column, first, 0, column.size(), channels[static_cast<std::size_t>(c)].noise);
+      start =
+          local_state(piece.track->time, column, first, 0, column.size(), channels[static_cast<std::size_t>(c)].noise);
     }
     const int rate = find_channel(channels, ChannelKind::velocity, j);
     if (rate >= 0) {
@@ -161,10 +162,11 @@ void add_segments(const Scenario& scenario, int index, const Cut& piece, Experim
   }
   for (std::size_t first = 0; first < time.size();) {
     const double end = time[first] + windows->horizon;
-    const std::size_t stop = static_cast<std::size_t>(
-        std::upper_bound(time.begin(), time.end(), end * (1.0 + 1e-12)) - time.begin());
+    const std::size_t stop =
+        static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), end * (1.0 + 1e-12)) - time.begin());
     if (time[stop - 1] - time[first] < 0.9 * windows->horizon && stop == time.size()) break;  // a stump
-    if (stop - first >= 3) out.segments.push_back(make_segment(scenario, index, piece, out.channels, first, stop - first));
+    if (stop - first >= 3)
+      out.segments.push_back(make_segment(scenario, index, piece, out.channels, first, stop - first));
     first = std::max(stop - 1, first + 1);
   }
 }

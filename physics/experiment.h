@@ -14,18 +14,18 @@ struct Channel {
   ChannelKind kind = ChannelKind::position;
   int joint = 0;
   std::string unit;
-  double noise = 0.0;          ///< rms, channel units; NaN where neither stated nor estimated
+  double noise = 0.0;  ///< rms, channel units; NaN where neither stated nor estimated
   bool noise_stated = false;
 };
 
 /// Commands of one recording, held between their instants. Shared by its segments.
 struct CommandTrack {
-  std::vector<double> time;                   ///< s, from the recording's first used sample
-  std::vector<std::vector<double>> value;     ///< [joint][sample], V; zeros for joints without a command
+  std::vector<double> time;                ///< s, from the recording's first used sample
+  std::vector<std::vector<double>> value;  ///< [joint][sample], V; zeros for joints without a command
 };
 
 struct Segment {
-  int recording = 0;                          ///< index in Scenario::recordings
+  int recording = 0;  ///< index in Scenario::recordings
   Role role = Role::train;
   std::string file;
   std::shared_ptr<const CommandTrack> commands;
@@ -42,10 +42,10 @@ struct Experiment {
   std::vector<Segment> segments;
   Prediction prediction;
   std::vector<std::string> joint_names;
-  double sample_period = 0.0;                 ///< s, median spacing of the samples
+  double sample_period = 0.0;  ///< s, median spacing of the samples
 
-  std::vector<int> with_role(Role role) const;            ///< indices of segments
-  std::size_t sample_count(Role role) const;              ///< measured values, all channels
+  std::vector<int> with_role(Role role) const;  ///< indices of segments
+  std::size_t sample_count(Role role) const;    ///< measured values, all channels
   /// rms of the command and of the measured positions' speed per joint (train recordings): sizes for searches.
   std::vector<double> command_rms, speed_rms, position_rms;
 };

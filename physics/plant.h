@@ -122,8 +122,8 @@ class Plant {
  private:
   struct Bound {
     const Hooks<T>* hooks;
-    std::size_t first;   ///< parameters
-    int state;           ///< offset of its states
+    std::size_t first;  ///< parameters
+    int state;          ///< offset of its states
   };
   struct JointParts {
     std::vector<Bound> actuator, effects;

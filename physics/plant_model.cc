@@ -27,8 +27,8 @@ std::string names_of_table(const std::vector<Info>& table) {
 std::string unit_for(const std::string& unit, bool prismatic) {
   if (!prismatic) return unit;
   static const std::vector<std::pair<std::string, std::string>> linear = {
-      {"N m/V", "N/V"},     {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
-      {"rad/s", "m/s"},     {"rad", "m"},           {"N m", "N"}};
+      {"N m/V", "N/V"}, {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
+      {"rad/s", "m/s"}, {"rad", "m"},           {"N m", "N"}};
   for (const auto& [angular, straight] : linear) {
     if (unit == angular) return straight;
   }
@@ -58,7 +58,9 @@ double checked(const ParameterInfo& info, const std::map<std::string, double>& g
 }  // namespace
 
 PlantModel::PlantModel(const Scenario& scenario)
-    : robot_(scenario.robot), gravity_(scenario.gravity), mass_parameter_(robot_->links().size(), -1),
+    : robot_(scenario.robot),
+      gravity_(scenario.gravity),
+      mass_parameter_(robot_->links().size(), -1),
       actuators_(static_cast<std::size_t>(robot_->dof())) {
   for (std::size_t i = 0; i < actuators_.size(); ++i) actuators_[i].joint = static_cast<int>(i);
   for (const ActuatorSpec& spec : scenario.actuators) add_actuator(spec);
@@ -90,8 +92,7 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
   component = {type, joint, static_cast<int>(parameters_.size()), static_cast<int>(info.parameters.size()), {}};
   for (const ParameterInfo& p : info.parameters) {
     const double value = checked(p, spec.parameters, spec.where, spec.model);
-    parameters_.push_back(
-        {spec.joint + "." + p.name, unit_for(p.unit, prismatic), value, value, p.lower, p.upper, &p});
+    parameters_.push_back({spec.joint + "." + p.name, unit_for(p.unit, prismatic), value, value, p.lower, p.upper, &p});
   }
 }
 
@@ -115,8 +116,8 @@ void PlantModel::add_effect(const EffectSpec& spec) {
                       static_cast<int>(info.parameters.size()), spec.recordings});
   for (const ParameterInfo& p : info.parameters) {
     const double value = checked(p, spec.parameters, spec.where, spec.effect);
-    parameters_.push_back({spec.place + "." + spec.effect + "." + p.name, unit_for(p.unit, prismatic), value,
-                           p.neutral, p.lower, p.upper, &p});
+    parameters_.push_back({spec.place + "." + spec.effect + "." + p.name, unit_for(p.unit, prismatic), value, p.neutral,
+                           p.lower, p.upper, &p});
   }
 }
 

@@ -17,21 +17,21 @@ namespace lacuna {
 
 /// One number of the plant.
 struct Parameter {
-  std::string name;      ///< "joint_2.gain", "link_3.mass", "joint_2.coulomb_friction.Fc", "arm.payload.m"
+  std::string name;  ///< "joint_2.gain", "link_3.mass", "joint_2.coulomb_friction.Fc", "arm.payload.m"
   std::string unit;
-  double value;          ///< from the scenario
-  double neutral;        ///< where the effect vanishes (effects)
-  double lower, upper;   ///< physical range
+  double value;                         ///< from the scenario
+  double neutral;                       ///< where the effect vanishes (effects)
+  double lower, upper;                  ///< physical range
   const ParameterInfo* info = nullptr;  ///< null for link masses
 };
 
 /// An actuator or an effect at its place.
 struct Component {
-  int type = -1;                       ///< index in actuator_table() or effect_table()
-  int joint = -1;                      ///< -1: the arm
-  int first = 0;                       ///< index of its first parameter
+  int type = -1;   ///< index in actuator_table() or effect_table()
+  int joint = -1;  ///< -1: the arm
+  int first = 0;   ///< index of its first parameter
   int count = 0;
-  std::vector<std::string> recordings; ///< files in which an effect acts; empty: all
+  std::vector<std::string> recordings;  ///< files in which an effect acts; empty: all
 };
 
 class PlantModel {
@@ -78,7 +78,7 @@ class PlantModel {
   std::shared_ptr<const Robot> robot_;
   Eigen::Vector3d gravity_;
   std::vector<Parameter> parameters_;
-  std::vector<int> mass_parameter_;    ///< per link: its parameter, or -1
+  std::vector<int> mass_parameter_;  ///< per link: its parameter, or -1
   std::vector<Component> actuators_, effects_;
 };
 

@@ -15,8 +15,8 @@ class Predictor {
  public:
   virtual ~Predictor() = default;
   virtual int lanes() const = 0;
-  virtual void predict(std::span<const std::vector<double>* const> individuals, const Segment& segment,
-                       double max_step, std::vector<std::vector<std::vector<double>>>& out) = 0;
+  virtual void predict(std::span<const std::vector<double>* const> individuals, const Segment& segment, double max_step,
+                       std::vector<std::vector<std::vector<double>>>& out) = 0;
 };
 
 using PredictorMaker = std::unique_ptr<Predictor> (*)(const PlantModel&, const Experiment&);

@@ -11,7 +11,7 @@
 namespace lacuna {
 
 std::unique_ptr<Predictor> make_predictor_avx512([[maybe_unused]] const PlantModel& model,
-                                               [[maybe_unused]] const Experiment& experiment) {
+                                                 [[maybe_unused]] const Experiment& experiment) {
 #if defined(__AVX512F__)
   using Pack = xsimd::batch<double, xsimd::avx512dq>;
   return std::make_unique<LanePredictor<Pack, Tree<Pack>>>(model, experiment, Tree<Pack>(model.robot()));

@@ -80,7 +80,8 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
   out.assign(n, {});
   for (std::size_t j = 0; j < n; ++j) {
     filter.apply(given[j]);
-    for (std::size_t k = 0; k < samples; ++k) needed[j][k] = (needed[j][k] - given[j][k]) / plant.gain(static_cast<int>(j));
+    for (std::size_t k = 0; k < samples; ++k)
+      needed[j][k] = (needed[j][k] - given[j][k]) / plant.gain(static_cast<int>(j));
     filter.apply(needed[j]);
     for (std::size_t k = edge; k + edge < samples; k += stride) out[j].push_back(needed[j][k]);
   }

@@ -24,10 +24,10 @@ class Rollout {
   void run(const Segment& segment, const std::vector<Channel>& channels, double max_step, std::vector<T>& out);
 
  private:
-  static constexpr int kDecisions = 4;        ///< rounds of stick/slide decisions at one instant
-  static constexpr double kShortest = 1e-6;   ///< shortest step, as a share of the nominal one: no event stops the clock
+  static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
+  static constexpr double kShortest = 1e-6;  ///< shortest step, as a share of the nominal one: no event stops the clock
 
-  using State = std::vector<T>;               ///< q, v, z one after the other
+  using State = std::vector<T>;  ///< q, v, z one after the other
 
   void start(const Segment& segment);
   void advance(const Segment& segment, std::size_t sample, double max_step);
@@ -45,14 +45,14 @@ class Rollout {
   T t_ = T(0.0);  ///< s, each lane its own
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> u_, tau_, free_, imbalance_, direction_, breakaway_;
-  std::vector<bool> dry_;                     ///< joints with any dry friction component
+  std::vector<bool> dry_;  ///< joints with any dry friction component
   bool any_dry_ = false;
 
   /// Where the delayed command of one joint stands, lane by lane.
   struct Cursor {
     int joint;
-    T late, next_jump;                        ///< s
-    std::vector<std::size_t> index;           ///< sample of the track now in force
+    T late, next_jump;               ///< s
+    std::vector<std::size_t> index;  ///< sample of the track now in force
   };
   std::vector<Cursor> cursors_;
   void move_cursor(Cursor& cursor, const Segment& segment);

@@ -7,8 +7,10 @@ namespace lacuna {
 
 template <class T, class Dyn>
 Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
-    : plant_(plant), n_(static_cast<std::size_t>(plant.dof())),
-      size_(2 * n_ + static_cast<std::size_t>(plant.states())), dry_(n_) {
+    : plant_(plant),
+      n_(static_cast<std::size_t>(plant.dof())),
+      size_(2 * n_ + static_cast<std::size_t>(plant.states())),
+      dry_(n_) {
   for (State* x : {&x_, &next_, &stage_, &k1_, &k2_, &k3_, &k4_}) x->assign(size_, T(0.0));
   for (std::vector<T>* w : {&u_, &tau_, &imbalance_, &direction_, &breakaway_}) w->assign(n_, T(0.0));
   free_.assign(n_, T(1.0));

@@ -81,8 +81,8 @@ LaneInfo lane_info() { return {lane_choice().name, lane_choice().width}; }
 
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values) {
-  constexpr double kFinest = 1.0e-4;                     // s
-  constexpr double kShare = 0.1;                         // of the noise, the project's rule
+  constexpr double kFinest = 1.0e-4;  // s
+  constexpr double kShare = 0.1;      // of the noise, the project's rule
   // Steps end at samples, so a step longer than the sampling period is none.
   const double coarsest = std::min(0.010, experiment.sample_period);
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {coarsest, 0.0};

@@ -25,7 +25,7 @@ using PredictionVisitor =
 struct SimulatorOptions {
   std::string engine = "featherstone";
   int threads = 1;
-  double max_step = 0.005;          ///< s; see choose_step()
+  double max_step = 0.005;  ///< s; see choose_step()
   const StopFlag* stop = nullptr;
 };
 
@@ -55,8 +55,8 @@ LaneInfo lane_info();
 /// Largest error, as a share of each channel's noise, that the step leaves in the predictions of `values`:
 /// against half the step, times 16/15.
 struct StepChoice {
-  double step = 0.0;               ///< s
-  double error_over_noise = 0.0;   ///< measured by halving
+  double step = 0.0;              ///< s
+  double error_over_noise = 0.0;  ///< measured by halving
 };
 /// Halves the step from 10 ms, or the sampling period where that is shorter, until the error stays under a tenth of the noise (or the shortest step is reached).
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,

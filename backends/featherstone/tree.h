@@ -47,8 +47,7 @@ class Tree {
   void mass_matrix(const T* q, T* mass);
 
   /// World poses of the bodies' URDF frames (one lane: meant for double).
-  void body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) const
-    requires std::same_as<T, double>;
+  void body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) const requires std::same_as<T, double>;
 
   const BodyMass<T>& body_mass(int body) const { return bodies_[static_cast<std::size_t>(body)].mass; }
 
@@ -56,20 +55,20 @@ class Tree {
   struct Body {
     int parent = -1;
     bool prismatic = false;
-    Eigen::Matrix3d align;         ///< URDF body frame <- kernel frame
-    Eigen::Matrix3d rest;          ///< kernel frame of this body <- of the parent, at q = 0
-    Eigen::Vector3d place;         ///< m, joint origin in the parent's kernel frame
+    Eigen::Matrix3d align;  ///< URDF body frame <- kernel frame
+    Eigen::Matrix3d rest;   ///< kernel frame of this body <- of the parent, at q = 0
+    Eigen::Vector3d place;  ///< m, joint origin in the parent's kernel frame
     BodyMass<T> mass;
     // Scratch of one evaluation, all in this body's kernel frame:
-    Mat3<T> from_parent;           ///< rotation, this <- parent
-    Vec3<T> origin;                ///< m, this origin in the parent's frame
-    Vec3<T> omega, vel;            ///< rad/s, m/s of the origin
-    Vec3<T> bias_ang, bias_lin;    ///< velocity-product acceleration of the joint
-    Vec3<T> alpha, acc;            ///< spatial acceleration
-    Sym3<T> A, C;                  ///< articulated inertia [A B; B^T C]
+    Mat3<T> from_parent;         ///< rotation, this <- parent
+    Vec3<T> origin;              ///< m, this origin in the parent's frame
+    Vec3<T> omega, vel;          ///< rad/s, m/s of the origin
+    Vec3<T> bias_ang, bias_lin;  ///< velocity-product acceleration of the joint
+    Vec3<T> alpha, acc;          ///< spatial acceleration
+    Sym3<T> A, C;                ///< articulated inertia [A B; B^T C]
     Mat3<T> B;
-    Vec3<T> moment, force;         ///< bias force, then transmitted force
-    Vec3<T> u_ang, u_lin;          ///< U = inertia times the joint's unit motion
+    Vec3<T> moment, force;  ///< bias force, then transmitted force
+    Vec3<T> u_ang, u_lin;   ///< U = inertia times the joint's unit motion
     T d_inv = T(0.0), u = T(0.0);
   };
 

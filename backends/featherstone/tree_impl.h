@@ -11,8 +11,8 @@ Tree<T>::Tree(const Robot& robot) : bodies_(static_cast<std::size_t>(robot.dof()
     body.parent = joint.parent;
     body.prismatic = joint.prismatic();
     body.align = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), joint.axis).toRotationMatrix();
-    const Eigen::Matrix3d parent_align = joint.parent < 0 ? Eigen::Matrix3d::Identity().eval()
-                                                          : bodies_[static_cast<std::size_t>(joint.parent)].align;
+    const Eigen::Matrix3d parent_align =
+        joint.parent < 0 ? Eigen::Matrix3d::Identity().eval() : bodies_[static_cast<std::size_t>(joint.parent)].align;
     body.rest = (parent_align.transpose() * joint.origin.linear() * body.align).transpose();
     body.place = parent_align.transpose() * joint.origin.translation();
     for (int k = 0; k < kLanes<T>; ++k) set_inertial(i, k, robot.body_inertial(i));
@@ -108,10 +108,8 @@ void Tree<T>::add_to_parent(const Body& body, Body& parent) {
   const Mat3<T> B = minus_outer(body.B, body.u_ang, body.u_lin, body.d_inv);
   const Sym3<T> C = minus_outer(body.C, body.u_lin, body.d_inv);
   const T drive = body.d_inv * body.u;
-  const Vec3<T> moment =
-      body.moment + (A * body.bias_ang + B * body.bias_lin) + drive * body.u_ang;
-  const Vec3<T> force =
-      body.force + (transposed_times(B, body.bias_ang) + C * body.bias_lin) + drive * body.u_lin;
+  const Vec3<T> moment = body.moment + (A * body.bias_ang + B * body.bias_lin) + drive * body.u_ang;
+  const Vec3<T> force = body.force + (transposed_times(B, body.bias_ang) + C * body.bias_lin) + drive * body.u_lin;
 
   // Turn into the parent's axes, then shift the reference point by r: A' = A + [r]B^T - B'[r], B' = B + [r]C.
   const Mat3<T>& e = body.from_parent;
@@ -152,7 +150,8 @@ void Tree<T>::forward_dynamics(const T* q, const T* v, const T* tau, const T* fr
     const BodyMass<T>& m = body.mass;
     const T zero(0.0);
     body.A = m.inertia;
-    body.B = {{zero, zero - m.moment.z, m.moment.y}, {m.moment.z, zero, zero - m.moment.x},
+    body.B = {{zero, zero - m.moment.z, m.moment.y},
+              {m.moment.z, zero, zero - m.moment.x},
               {zero - m.moment.y, m.moment.x, zero}};
     body.C = {m.mass, zero, zero, m.mass, zero, m.mass};
   }
@@ -209,8 +208,8 @@ void Tree<T>::mass_matrix(const T* q, T* mass) {
     // Force that gives the composite a unit acceleration of joint i, then carried down to the root.
     Vec3<T> moment = body.prismatic ? Vec3<T>{body.force.y, T(0.0) - body.force.x, T(0.0)}
                                     : Vec3<T>{body.A.xz, body.A.yz, body.A.zz};
-    Vec3<T> force = body.prismatic ? Vec3<T>{T(0.0), T(0.0), body.u}
-                                   : Vec3<T>{T(0.0) - body.force.y, body.force.x, T(0.0)};
+    Vec3<T> force =
+        body.prismatic ? Vec3<T>{T(0.0), T(0.0), body.u} : Vec3<T>{T(0.0) - body.force.y, body.force.x, T(0.0)};
     mass[i * n + i] = body.prismatic ? force.z : moment.z;
     for (std::size_t j = i; bodies_[j].parent >= 0;) {
       force = transposed_times(bodies_[j].from_parent, force);
@@ -240,9 +239,7 @@ void Tree<T>::mass_matrix(const T* q, T* mass) {
 }
 
 template <class T>
-void Tree<T>::body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) const
-  requires std::same_as<T, double>
-{
+void Tree<T>::body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) const requires std::same_as<T, double> {
   poses.resize(bodies_.size());
   std::vector<Eigen::Isometry3d> kernel(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {

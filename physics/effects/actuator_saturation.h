@@ -7,12 +7,21 @@ namespace lacuna {
 /// Large commands fall short: a smooth cap. Neutral at cap = infinity.
 struct ActuatorSaturation {
   static EffectInfo info() {
-    return {"actuator_saturation", "Actuator saturation", Where::joint,
+    return {"actuator_saturation",
+            "Actuator saturation",
+            Where::joint,
             "u -> cap tanh(u / cap)",
             "only large commands fall short",
             "gain",
             "H. E. Merritt, Hydraulic Control Systems, 1967, ch. 5 (flow saturation)",
-            {{"cap", "V", HUGE_VAL, 1e-3, HUGE_VAL, "largest command that takes effect", Scale::command, {3.0, 1.2},
+            {{"cap",
+              "V",
+              HUGE_VAL,
+              1e-3,
+              HUGE_VAL,
+              "largest command that takes effect",
+              Scale::command,
+              {3.0, 1.2},
               Coordinate::inverse}}};
   }
   template <class T>

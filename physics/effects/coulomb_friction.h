@@ -8,7 +8,9 @@ namespace lacuna {
 /// away; with v0 > 0 the contact creeps: friction builds up over speeds of about v0, as lubricated contacts do.
 struct CoulombFriction {
   static EffectInfo info() {
-    return {"coulomb_friction", "Coulomb friction", Where::joint,
+    return {"coulomb_friction",
+            "Coulomb friction",
+            Where::joint,
             "tau -= Fc sgn(v), at rest up to Fc holds; with v0 > 0: tau -= Fc tanh(v/v0)",
             "an offset that flips with the direction of motion; flat spots at reversals",
             "damping, valve_deadband",

@@ -7,7 +7,8 @@ namespace lacuna {
 
 /// The parameter v0 of a friction: 0 is the exact sign.
 inline ParameterInfo creep_speed() {
-  ParameterInfo info{"v0", "rad/s", 0.0, 0.0, 1e3, "speed over which the sign builds up; 0: at once", Scale::velocity, {0.03}};
+  ParameterInfo info{"v0",  "rad/s", 0.0, 0.0, 1e3, "speed over which the sign builds up; 0: at once", Scale::velocity,
+                     {0.03}};
   info.optional = true;
   return info;
 }

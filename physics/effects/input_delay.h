@@ -7,7 +7,9 @@ namespace lacuna {
 /// Pure transport delay of the command. The rollout splits its steps where the delayed command jumps.
 struct InputDelay {
   static EffectInfo info() {
-    return {"input_delay", "Input delay", Where::joint,
+    return {"input_delay",
+            "Input delay",
+            Where::joint,
             "u(t) -> u(t - T)",
             "a lag whose phase grows linearly with frequency",
             "actuator_lag, damping",

@@ -7,7 +7,9 @@ namespace lacuna {
 /// A point mass held at the tool (Robot::tool), possibly in some recordings only.
 struct Payload {
   static EffectInfo info() {
-    EffectInfo info{"payload", "Payload", Where::arm,
+    EffectInfo info{"payload",
+                    "Payload",
+                    Where::arm,
                     "point mass m at the tool",
                     "gravity and inertia of the outer joints grow",
                     "link masses",

@@ -7,7 +7,9 @@ namespace lacuna {
 /// Dry friction that is larger at break-away than in motion. Neutral at Fc = Fs = 0; Fs = Fc is Coulomb friction. v0 as there.
 struct StribeckFriction {
   static EffectInfo info() {
-    return {"stribeck_friction", "Stribeck friction", Where::joint,
+    return {"stribeck_friction",
+            "Stribeck friction",
+            Where::joint,
             "tau -= (Fc + (Fs - Fc) exp(-(v/vs)^2)) sgn(v)",
             "extra friction at low speed, stick-slip",
             "coulomb_friction",

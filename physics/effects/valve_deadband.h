@@ -7,7 +7,9 @@ namespace lacuna {
 /// The spool's overlap: commands within +-d do nothing.
 struct ValveDeadband {
   static EffectInfo info() {
-    return {"valve_deadband", "Valve deadband", Where::joint,
+    return {"valve_deadband",
+            "Valve deadband",
+            Where::joint,
             "u -> sgn(u) max(|u| - d, 0)",
             "small commands do nothing",
             "gain, coulomb_friction",

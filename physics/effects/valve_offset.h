@@ -7,7 +7,9 @@ namespace lacuna {
 /// The valve's null lies beside the electrical zero.
 struct ValveOffset {
   static EffectInfo info() {
-    return {"valve_offset", "Valve offset", Where::joint,
+    return {"valve_offset",
+            "Valve offset",
+            Where::joint,
             "u -> u + b",
             "a constant push",
             "rest, gravity, sensor_offset",
