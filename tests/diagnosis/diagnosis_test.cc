@@ -1,0 +1,222 @@
+// Evidence, and small diagnoses from end to end: what is concealed is found, what is not there is not.
+#include "diagnosis/diagnosis.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <boost/math/distributions/chi_squared.hpp>
+
+#include "diagnosis/checkpoint.h"
+#include "diagnosis/evidence.h"
+#include "tests/ga/plant_problems.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+const PendulumTruth kStart{2.2, 1.1, 5.0, 1.0};
+const std::vector<std::string> kDrive{"gain", "damping", "stiffness"};
+constexpr double kNoise = 1e-3;       // rad
+constexpr double kDeadband = 0.5;     // V, of a command of 3 V
+
+DiagnoseOptions small() {
+  DiagnoseOptions options;
+  options.identify.optimizer = Optimizer::lsq;
+  options.identify.simulator.threads = 2;
+  options.other_engines = false;
+  return options;
+}
+
+Scenario concealed_deadband() {
+  // Made by another engine than the one that diagnoses, where there is one.
+  return pendulum_problem(kStart, kDrive, kNoise, {effect("valve_deadband", "swing", {{"d", kDeadband}})}, 10.0,
+                          available_engines().back() == "ode" && available_engines().size() > 2
+                              ? available_engines()[2]
+                              : available_engines().back());
+}
+
+Eigen::VectorXd white(Eigen::Index n, std::uint64_t seed) {
+  Noise random(seed);
+  Eigen::VectorXd out(n);
+  for (Eigen::Index k = 0; k < n; ++k) out(k) = random();
+  return out;
+}
+
+TEST(Chance, IsTheTailOfChiSquareTimesTheTries) {
+  for (const int parameters : {1, 2, 4}) {
+    for (const double gain : {0.5, 3.0, 10.0}) {
+      const boost::math::chi_squared law(parameters);
+      const double tail = 1.0 - boost::math::cdf(law, 2.0 * gain);
+      EXPECT_NEAR(chance(gain, parameters, 1), tail, 1e-9);
+      EXPECT_NEAR(chance(gain, parameters, 7), std::min(1.0, 7.0 * tail), 1e-8);
+    }
+  }
+  EXPECT_EQ(chance(0.0, 1, 10), 1.0);
+  EXPECT_EQ(chance(-5.0, 1, 10), 1.0);
+  EXPECT_LT(chance(1e6, 1, 10), 1e-300);
+}
+
+TEST(Gain, OfTheSameResidualIsNothing) {
+  const Eigen::VectorXd r = white(1000, 1);
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, 500}, {0, 1, 500, 500}};
+  EXPECT_EQ(residual_gain(r, r, blocks).log_likelihood, 0.0);
+  EXPECT_EQ(heldout_gain(r, r, blocks).gain, 0.0);
+  EXPECT_EQ(heldout_gain(r, r, blocks).share, 0.0);
+}
+
+TEST(Gain, OfWhiteNoiseHalvedIsThatOfItsLogarithm) {
+  const Eigen::Index n = 4000;
+  const Eigen::VectorXd r = white(n, 2), half = 0.5 * r;
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
+  const Gain gain = residual_gain(r, half, blocks);
+  // n_eff of white noise is n within its own error; n log 2 is what a Gaussian likelihood gains.
+  EXPECT_NEAR(gain.log_likelihood, static_cast<double>(n) * std::log(2.0), 0.15 * static_cast<double>(n) * std::log(2.0));
+  EXPECT_NEAR(gain.share, 0.75, 1e-12);
+}
+
+TEST(HeldoutGain, OfIndependentNoiseOfTheSameSizeIsAboutZero) {
+  const Eigen::Index n = 4000;
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
+  int significant = 0;
+  double worst = 0.0;
+  const int draws = 100;
+  for (int k = 0; k < draws; ++k) {
+    const HeldoutGain gain = heldout_gain(white(n, static_cast<std::uint64_t>(2 * k) + 100),
+                                          white(n, static_cast<std::uint64_t>(2 * k) + 101), blocks);
+    significant += gain.p_value < 0.02;
+    worst = std::max(worst, std::fabs(gain.gain));
+  }
+  EXPECT_LE(significant, 8);  // 2 expected; 8 or more have a chance of 1 in 1,000
+  EXPECT_LT(worst, 253.0);    // (n/2) times four standard deviations 2 / sqrt(n) of the log ratio
+}
+
+TEST(HeldoutGain, OfARealImprovementIsSignificant) {
+  const Eigen::Index n = 2000;
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
+  Eigen::VectorXd before = white(n, 5);
+  const Eigen::VectorXd after = before;
+  for (Eigen::Index k = 0; k < n; ++k) before(k) += std::sin(0.02 * static_cast<double>(k));
+  const HeldoutGain gain = heldout_gain(before, after, blocks);
+  EXPECT_LT(gain.p_value, 1e-4);
+  EXPECT_GT(gain.gain, 2.0 * gain.error);
+  EXPECT_NEAR(gain.share, 1.0 / 3.0, 0.05);  // .5 of 1.5
+}
+
+TEST(Stability, IsTheShareOfResamplesThatTheFirstWins) {
+  const std::vector<double> better(30, 2.0), worse(30, 1.0);
+  EXPECT_EQ(stability(better, worse, 1), 1.0);
+  EXPECT_EQ(stability(worse, better, 1), 0.0);
+  std::vector<double> a, b;
+  for (int k = 0; k < 40; ++k) a.push_back(k % 2), b.push_back((k + 1) % 2);
+  EXPECT_NEAR(stability(a, b, 3), 0.5, 0.15);  // ties count against; 400 resamples
+  EXPECT_EQ(stability(a, b, 3), stability(a, b, 3));
+  EXPECT_EQ(stability({}, {}, 1), 0.0);
+}
+
+TEST(ExcessOverNoise, FlagsTheChannelThatHasItAndNoOther) {
+  const Eigen::Index n = 2000;
+  Eigen::VectorXd r(2 * n);
+  r.head(n) = white(n, 7);
+  r.tail(n) = 1.5 * white(n, 8);
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}, {0, 1, n, n}};
+  const std::vector<double> noise{1.0, 1.0};
+  const auto found = excess_over_noise(r, blocks, noise);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].channel, 1);
+  EXPECT_NEAR(found[0].ratio, 1.5, 0.1);
+  const std::vector<double> unknown{kMissing, kMissing};
+  EXPECT_TRUE(excess_over_noise(r, blocks, unknown).empty());
+}
+
+TEST(Diagnosis, FindsAConcealedDeadbandWithItsSizeAndRemovesIt) {
+  const Diagnosis d = diagnose(concealed_deadband(), small());
+  EXPECT_EQ(d.verdict, Verdict::missing_physics);
+  ASSERT_FALSE(d.findings.empty());
+  const Finding& f = d.findings[0];
+  EXPECT_EQ(f.effect, "valve_deadband");
+  EXPECT_EQ(f.place, "swing");
+  ASSERT_EQ(f.parameters.size(), 1u);
+  EXPECT_NEAR(f.parameters[0].value, kDeadband, 0.02 * kDeadband);
+  EXPECT_LT(f.p_value, 1e-6);
+  EXPECT_GT(f.heldout_gain, 0.0);
+  auto rms = [](const FitResult& fit) { return fit.rms.back().second.front().second; };
+  ASSERT_EQ(d.after.rms.back().first, Role::test);
+  EXPECT_LT(rms(d.after), 1.2 * kNoise);
+  EXPECT_GT(rms(d.before), 3.0 * rms(d.after));
+}
+
+TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
+  const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise, {}, 10.0), small());
+  EXPECT_EQ(d.verdict, Verdict::consistent) << (d.findings.empty() ? "" : d.findings[0].effect);
+  EXPECT_TRUE(d.findings.empty());
+  EXPECT_FALSE(d.unexplained.present);
+}
+
+TEST(Diagnosis, GivesTheSameNumbersOnOneAndTwoThreads) {
+  DiagnoseOptions one = small(), two = small();
+  one.identify.simulator.threads = 1;
+  const Scenario scenario = concealed_deadband();
+  const Diagnosis a = diagnose(scenario, one), b = diagnose(scenario, two);
+  EXPECT_TRUE(same_bits(a.after.values, b.after.values));
+  ASSERT_EQ(a.findings.size(), b.findings.size());
+  for (std::size_t i = 0; i < a.findings.size(); ++i) EXPECT_EQ(a.findings[i].p_value, b.findings[i].p_value);
+}
+
+TEST(Diagnosis, ResumesAfterAnInterruptionToTheSameNumbers) {
+  const auto folder = std::filesystem::temp_directory_path() / ("lacuna_diagnosis_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const Scenario scenario = concealed_deadband();
+  const Diagnosis whole = diagnose(scenario, small());
+  StopFlag stop{false};
+  DiagnoseOptions options = small();
+  options.identify.control.checkpoint = folder / "diagnosis.json";
+  options.identify.control.problem = "deadband";
+  options.identify.control.stop = &stop;
+  options.identify.simulator.stop = &stop;
+  options.identify.control.progress = [&](const Progress& p) {
+    if (p.stage.find("every effect") != std::string::npos) stop = true;  // the plain model is done
+  };
+  EXPECT_THROW(diagnose(scenario, options), Interrupted);
+  EXPECT_TRUE(std::filesystem::exists(options.identify.control.checkpoint));
+  stop = false;
+  bool searched_again = false;
+  options.identify.control.progress = [&](const Progress& p) {
+    searched_again = searched_again || p.stage.find("least squares") != std::string::npos;
+  };
+  const Diagnosis resumed = diagnose(scenario, options);
+  EXPECT_FALSE(searched_again) << "the plain model was identified anew";
+  EXPECT_TRUE(same_bits(whole.before.values, resumed.before.values));
+  EXPECT_TRUE(same_bits(whole.after.values, resumed.after.values));
+  ASSERT_EQ(whole.findings.size(), resumed.findings.size());
+  for (std::size_t i = 0; i < whole.findings.size(); ++i) {
+    const Finding &a = whole.findings[i], &b = resumed.findings[i];
+    EXPECT_EQ(a.effect, b.effect);
+    EXPECT_EQ(a.probability, b.probability);
+    EXPECT_EQ(a.p_value, b.p_value);
+    EXPECT_EQ(a.heldout_gain, b.heldout_gain);
+    EXPECT_EQ(a.stability, b.stability);
+  }
+  // Another problem's checkpoint is refused, and an end removes it.
+  options.identify.control.problem = "something else";
+  EXPECT_THROW(diagnose(scenario, options), InputError);
+  DiagnosisCheckpoint::remove(options.identify.control.checkpoint);
+  EXPECT_FALSE(std::filesystem::exists(options.identify.control.checkpoint));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {
+  const Scenario scenario = concealed_deadband();
+  const Diagnosis d = diagnose(scenario, small());
+  const Scenario found = diagnosed_scenario(scenario, d);
+  ASSERT_EQ(found.effects.size(), d.findings.size());
+  const PlantModel model(found);
+  EXPECT_TRUE(same_bits(model.values(), d.after.values));
+  const Experiment experiment = make_experiment(found);
+  Problem problem(model, experiment, SearchSpace(model, scenario), on("featherstone", d.after.step.step), first_weights(model, experiment));
+  const JointRms rms = residual_rms(problem, model.values(), Role::test);
+  EXPECT_NEAR(rms[0].second, d.after.rms.back().second[0].second, 1e-9);
+}
+
+}  // namespace
+}  // namespace lacuna

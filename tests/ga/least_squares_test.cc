@@ -1,0 +1,180 @@
+#include "ga/least_squares.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/ga/plant_problems.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+/// Everything that a Problem refers to, kept alive.
+struct Setting {
+  explicit Setting(Scenario given, double step = 0.005)
+      : scenario(std::move(given)), model(scenario), experiment(make_experiment(scenario)), space(model, scenario),
+        problem(model, experiment, space, on("featherstone", step), first_weights(model, experiment)),
+        train(experiment.with_role(Role::train)) {}
+  Scenario scenario;
+  PlantModel model;
+  Experiment experiment;
+  SearchSpace space;
+  Problem problem;
+  std::vector<int> train;
+};
+
+const PendulumTruth kFar{2.0, 1.5, 6.0, 1.0};
+const std::vector<std::string> kDrive{"gain", "damping", "stiffness"};
+
+TEST(Problem, JacobianIsThatOfCentralDifferences) {
+  Setting s(pendulum_problem(kFar, {"gain", "damping", "stiffness", "mass"}, 1e-3));
+  const std::vector<double> point = s.space.start();
+  const Eigen::MatrixXd J = s.problem.jacobian(point, s.problem.residual(point, s.train), s.train);
+  for (std::size_t a = 0; a < point.size(); ++a) {
+    std::vector<double> up = point, down = point;
+    const double h = 1e-4 * point[a];
+    up[a] += h, down[a] -= h;
+    const Eigen::VectorXd slope = (s.problem.residual(up, s.train) - s.problem.residual(down, s.train)) / (2.0 * h);
+    // Forward differences over 1e-6 of the value: curvature and rounding each leave about 1e-6 of the slope.
+    EXPECT_LT((J.col(static_cast<Eigen::Index>(a)) - slope).norm(), 1e-5 * slope.norm()) << "axis " << a;
+  }
+}
+
+TEST(Problem, JacobianStaysInsideTheBoxAtAnUpperBound) {
+  Setting s(pendulum_problem(kFar, kDrive, 1e-3));
+  std::vector<double> point = s.space.start();
+  const Eigen::MatrixXd inside = s.problem.jacobian(point, s.problem.residual(point, s.train), s.train);
+  point[0] = s.space.axes()[0].upper;
+  const Eigen::MatrixXd at_bound = s.problem.jacobian(point, s.problem.residual(point, s.train), s.train);
+  EXPECT_TRUE(at_bound.allFinite());
+  EXPECT_GT(at_bound.col(0).norm(), 0.0);
+  EXPECT_EQ(at_bound.cols(), inside.cols());
+}
+
+TEST(Problem, StacksResidualsInItsLayoutAndLeavesMissingSamplesOut) {
+  Scenario scenario = pendulum_problem(kFar, kDrive, 1e-3);
+  auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
+  auto& q = data->columns[static_cast<std::size_t>(data->find("q_swing"))];
+  q[10] = q[11] = q[200] = kMissing;
+  scenario.recordings[0].data = data;
+  Setting s(scenario);
+  const auto blocks = s.problem.layout(s.train);
+  ASSERT_EQ(blocks.size(), 1u);
+  EXPECT_EQ(blocks[0].count, static_cast<Eigen::Index>(data->rows() - 3));
+  const Eigen::VectorXd r = s.problem.residual(s.space.start(), s.train);
+  EXPECT_EQ(r.size(), blocks[0].count);
+  EXPECT_TRUE(r.allFinite());
+  const auto predicted = predict_one(s.model, s.experiment, on("featherstone", 0.005));
+  EXPECT_DOUBLE_EQ(r(9), (predicted[0][0][9] - q[9]) / s.problem.weights()[0]);
+  EXPECT_DOUBLE_EQ(r(10), (predicted[0][0][12] - q[12]) / s.problem.weights()[0]);
+}
+
+TEST(Problem, CostIsTheNormOfTheWhitenedResidual) {
+  Setting s(pendulum_problem(kFar, kDrive, 1e-3));
+  const std::vector<std::vector<double>> points{s.space.start(), {3.0, 0.8, 4.0}};
+  std::vector<double> costs(2);
+  s.problem.costs(points, costs, s.train, Fitness::norm_2);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(costs[i], s.problem.residual(points[i], s.train).norm(), 1e-9 * costs[i]);
+  EXPECT_LT(costs[1], costs[0]);
+}
+
+TEST(LeastSquares, RecoversAKnownOptimumFromAFarStart) {
+  Setting s(pendulum_problem(kFar, kDrive, 0.0));
+  const LeastSquaresResult fit = solve_least_squares(s.problem, s.space.start(), s.train);
+  const std::vector<double> truth{3.0, 0.8, 4.0};
+  // Data at 1 ms steps, fit at 5 ms: the integration error is far below this.
+  for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(fit.point[a], truth[a], 1e-4 * truth[a]) << a;
+}
+
+TEST(LeastSquares, ErrorsAreThoseThatItsCovarianceStates) {
+  Setting s(pendulum_problem(kFar, kDrive, 2e-3));
+  const LeastSquaresResult fit = solve_least_squares(s.problem, s.space.start(), s.train);
+  const double n = static_cast<double>(fit.residual.size());
+  EXPECT_NEAR(fit.sum_of_squares, n - 3.0, 5.0 * std::sqrt(2.0 * n)) << "weights are the noise";
+  const Identifiability known = identifiability(s.space, fit.point, fit.jacobian, 1.0, 1.0);
+  const std::vector<double> truth{3.0, 0.8, 4.0};
+  EXPECT_EQ(known.rank, 3);
+  for (Eigen::Index a = 0; a < 3; ++a) {
+    const double error = std::sqrt(known.covariance(a, a));
+    EXPECT_LT(std::fabs(fit.point[static_cast<std::size_t>(a)] - truth[static_cast<std::size_t>(a)]), 4.0 * error) << a;
+    EXPECT_LT(error, 0.05 * truth[static_cast<std::size_t>(a)]) << a;
+  }
+}
+
+TEST(LeastSquares, StaysInItsBoundsAndIdentifySaysWhichParameterIsStuck) {
+  Scenario scenario = pendulum_problem(kFar, {"gain", "damping"}, 1e-3);
+  scenario.identify.push_back({"stiffness", false, 5.0, 9.0, "test"});  // the truth is 4
+  Setting s(scenario);
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  const FitResult fit = identify(s.model, s.experiment, s.space, options);
+  ASSERT_EQ(fit.estimates.size(), 3u);
+  EXPECT_EQ(fit.estimates[2].name, "swing.stiffness");
+  EXPECT_TRUE(fit.estimates[2].at_bound);
+  EXPECT_NEAR(fit.estimates[2].value, 5.0, 1e-3);
+  EXPECT_FALSE(fit.estimates[0].at_bound);
+  EXPECT_FALSE(fit.estimates[1].at_bound);
+}
+
+TEST(EffectiveSamples, AreAllSamplesOfWhiteNoise) {
+  const Eigen::Index n = 4000;
+  Eigen::VectorXd r(n);
+  Noise random(3);
+  for (Eigen::Index k = 0; k < n; ++k) r(k) = random();
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
+  EXPECT_NEAR(effective_samples(r, blocks), static_cast<double>(n), 0.15 * static_cast<double>(n));
+  EXPECT_LE(effective_samples(r, blocks), static_cast<double>(n));
+}
+
+TEST(EffectiveSamples, OfFirstOrderNoiseFollowTheory) {
+  for (const double phi : {0.5, 0.8, 0.9}) {
+    const Eigen::Index n = 40000;
+    Eigen::VectorXd r(n);
+    Noise random(4);
+    double x = 0.0;
+    for (Eigen::Index k = -1000; k < n; ++k) {
+      x = phi * x + random();
+      if (k >= 0) r(k) = x;
+    }
+    const double theory = static_cast<double>(n) * (1.0 - phi) / (1.0 + phi);
+    const std::vector<ResidualBlock> whole{{0, 0, 0, n}}, halves{{0, 0, 0, n / 2}, {1, 0, n / 2, n / 2}};
+    EXPECT_NEAR(effective_samples(r, whole), theory, 0.15 * theory) << phi;
+    EXPECT_NEAR(effective_samples(r, halves), theory, 0.15 * theory) << phi;
+  }
+}
+
+TEST(Identifiability, FindsAndNamesTheScaleThatAnglesLeaveOpen) {
+  // Gain, damping, stiffness and mass up to one common factor.
+  Setting s(pendulum_problem({2.5, 1.0, 3.0, 1.0}, {"gain", "damping", "stiffness", "mass"}, 1e-3));
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  const FitResult fit = identify(s.model, s.experiment, s.space, options);
+  EXPECT_EQ(fit.identifiability.rank, 3);
+  EXPECT_GT(fit.identifiability.condition, 1e4);
+  ASSERT_EQ(fit.identifiability.undetermined.size(), 1u);
+  for (const double weight : fit.identifiability.undetermined[0].weights) {
+    EXPECT_NEAR(std::fabs(weight), 0.5, 0.01) << "all four by the same factor";
+  }
+  ASSERT_EQ(fit.undetermined.size(), 1u);
+  for (const char* name : {"swing.gain", "swing.damping", "swing.stiffness", "rod.mass"}) {
+    EXPECT_NE(fit.undetermined[0].find(name), std::string::npos) << fit.undetermined[0];
+  }
+  for (const Estimate& e : fit.estimates) EXPECT_FALSE(e.identifiable) << e.name;
+}
+
+TEST(Identifiability, OfAKnownMassIsFull) {
+  Setting s(pendulum_problem({2.5, 1.0, 3.0, 1.0}, kDrive, 1e-3));
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  const FitResult fit = identify(s.model, s.experiment, s.space, options);
+  EXPECT_EQ(fit.identifiability.rank, 3);
+  EXPECT_TRUE(fit.undetermined.empty());
+  for (const Estimate& e : fit.estimates) {
+    EXPECT_TRUE(e.identifiable) << e.name;
+    EXPECT_LT(e.lower95, e.value);
+    EXPECT_GT(e.upper95, e.value);
+  }
+}
+
+}  // namespace
+}  // namespace lacuna

@@ -1,0 +1,52 @@
+// Identification problems with known answers: a pendulum and the block, simulated in memory.
+#pragma once
+
+#include "ga/identify.h"
+#include "tests/physics/plants.h"
+
+namespace lacuna::test {
+
+/// A driven pendulum on a damped spring; `truth` puts its parameters in.
+struct PendulumTruth {
+  double gain = 3.0, damping = 0.8, stiffness = 4.0, mass = 1.0;
+};
+
+inline Scenario pendulum_scenario(const PendulumTruth& p) {
+  Scenario scenario = bare_scenario(bundled_robot("pendulum/pendulum.urdf"),
+                                    {actuator("swing", "torque_source",
+                                              {{"gain", p.gain}, {"damping", p.damping}, {"stiffness", p.stiffness}})},
+                                    false);
+  return scenario;
+}
+
+/// Sines after half a second at rest: from a start in mid-motion the speed is known only as well as noise allows.
+inline Drive rested_drive(double seconds, double shift) {
+  Drive drive = sine_drive(1, seconds, 0.02, 3.0, shift);
+  std::fill_n(drive.u[0].begin(), 25, 0.0);
+  return drive;
+}
+
+/// `model` driven as the recordings of `truth` were, with bounds 0.2 to 5 times its values on `free`.
+inline Scenario pendulum_problem(const PendulumTruth& start, const std::vector<std::string>& free, double noise,
+                                 std::vector<EffectSpec> concealed = {}, double seconds = 6.0,
+                                 const std::string& engine = "featherstone") {
+  Scenario truth = pendulum_scenario({});
+  truth.effects = std::move(concealed);
+  Scenario scenario = pendulum_scenario(start);
+  const Start rest{{0.0}, {0.0}, false};
+  int k = 0;
+  for (const Role role : {Role::train, Role::validate, Role::test}) {
+    const std::string file = std::string(to_string(role)) + ".csv";
+    add_recording(scenario,
+                  simulated_recording(truth, rested_drive(seconds, 7.3 * k), rest, engine, file, noise,
+                                      static_cast<std::uint64_t>(k) + 11),
+                  role);
+    ++k;
+  }
+  for (const std::string& name : free) scenario.identify.push_back({name, true, 0.2, 5.0, "test: identify." + name});
+  // What a transducer resolves: noise-free data need a level to weigh by.
+  scenario.noise[ChannelKind::position]["swing"] = std::max(noise, 1e-6);
+  return scenario;
+}
+
+}  // namespace lacuna::test
