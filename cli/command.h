@@ -24,11 +24,11 @@ struct Session {
   bool json = false;
   int threads = 0;  ///< at least 1 once the command runs
   std::uint64_t seed = 1;
-  std::string output;         ///< as given with -o; empty: none
-  std::string command_line;   ///< as the user gave it
-  std::string scenario_file;  ///< for subcommands that take one
-  std::string resumable;      ///< checkpoint that an interrupted command leaves; empty: none
-  std::function<void()> run;  ///< set by the subcommand that was named
+  std::string output;                              ///< as given with -o; empty: none
+  std::string command_line;                        ///< as the user gave it
+  std::string scenario_file;                       ///< for subcommands that take one
+  std::vector<std::filesystem::path> checkpoints;  ///< files from any of which an interrupted command resumes
+  std::function<void()> run;                       ///< set by the subcommand that was named
 
   /// `-o`, else out/<scenario's name>; created. Throws WorkError.
   std::filesystem::path output_folder(const Scenario& scenario) const;

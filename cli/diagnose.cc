@@ -41,7 +41,7 @@ Diagnosis run_diagnosis(Session& session, const DiagnoseFlags& flags, const Scen
   options.other_engines = !flags.no_engines;
   RunControl& control = options.identify.control;
   control.checkpoint = folder / "checkpoint.json";
-  session.resumable = control.checkpoint.string();
+  session.checkpoints = {control.checkpoint, folder / "checkpoint.search.json"};
   std::vector<std::string> words = flags.identify.words();
   words.push_back(flags.identify.engine);
   words.push_back(fmt::format("generations {} seed {}", flags.identify.generations, session.seed));

@@ -57,7 +57,7 @@ std::vector<FitResult> fit_all(Session& session, const IdentifyFlags& flags, con
   for (const std::string& engine : engines) {
     IdentifyOptions options = flags.understood(session, engine);
     options.control.checkpoint = checkpoint_of(folder, engine, engines.size() == 1);
-    session.resumable = options.control.checkpoint.string();
+    session.checkpoints.push_back(options.control.checkpoint);
     std::vector<std::string> words = flags.words();
     words.push_back(engine);
     options.control.problem = fingerprint(search.scenario, words);

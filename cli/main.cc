@@ -64,9 +64,11 @@ void describe(CLI::App& app) {
 }
 
 std::string interrupted_message(const Session& session) {
-  std::error_code ignored;
-  if (session.resumable.empty() || !std::filesystem::exists(session.resumable, ignored)) return "interrupted";
-  return "interrupted; the same command resumes from " + session.resumable;
+  for (const std::filesystem::path& file : session.checkpoints) {
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored)) return "interrupted; the same command resumes from " + file.string();
+  }
+  return "interrupted; nothing was finished that could be resumed from";
 }
 
 int run(Session& session) {
