@@ -72,7 +72,7 @@ void log_notes(const std::vector<std::string>& notes) {
 }
 
 fs::path Session::output_folder(const Scenario& scenario) const {
-  const fs::path folder = output.empty() ? fs::path("out") / file_name(scenario.name) : fs::path(output);
+  fs::path folder = output.empty() ? fs::path("out") / file_name(scenario.name) : fs::path(output);
   std::error_code error;
   fs::create_directories(folder, error);
   if (error || !fs::is_directory(folder))

@@ -84,7 +84,7 @@ class Values {
  public:
   Values(const PlantModel& model, const Component& component, std::span<const double> values) {
     for (int k = 0; k < component.count; ++k) {
-      const auto i = static_cast<std::size_t>(component.first + k);
+      const auto i = static_cast<std::size_t>(component.first) + static_cast<std::size_t>(k);
       of_[model.parameters()[i].info->name] = values[i];
       words_ += fmt::format("{}{} = {} {}", words_.empty() ? "" : ", ", model.parameters()[i].info->name,
                             format_number(values[i]), model.parameters()[i].unit);

@@ -76,6 +76,7 @@ std::vector<Snapshot> draw(const Scenario& scenario, const std::vector<Pose>& po
                            const std::vector<std::string>& engines, const PoseOptions& options) {
   if (std::string reason; !render_available(&reason)) throw WorkError("no pictures: " + reason);
   std::vector<std::vector<std::vector<Eigen::Isometry3d>>> of_engine;
+  of_engine.reserve(engines.size());
   for (const std::string& engine : engines) of_engine.push_back(link_poses(scenario, poses, engine));
   const Camera camera =
       fit_camera(*scenario.robot, of_engine.front(), static_cast<double>(options.width) / options.height);

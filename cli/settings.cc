@@ -109,6 +109,7 @@ std::vector<std::string> near_names(const std::string& name, const std::vector<s
 
 SetPlant plant_with(const Scenario& scenario, const std::vector<std::string>& settings) {
   std::vector<Setting> parsed;
+  parsed.reserve(settings.size());
   for (const std::string& text : settings) parsed.push_back(parse(text));
   PlantModel model(scenario);
   for (const Setting& setting : parsed) {

@@ -145,9 +145,9 @@ std::string csv_text(const Recording& recording) {
     std::string name = recording.names[c];
     if (name.find_first_of(",\"") != std::string::npos) {
       for (std::size_t at = 0; (at = name.find('"', at)) != std::string::npos; at += 2) name.insert(at, 1, '"');
-      name = '"' + name + '"';
+      name.insert(0, 1, '"').append(1, '"');
     }
-    out += (c > 0 ? "," : "") + name;
+    out.append(c > 0 ? "," : "").append(name);
   }
   out += '\n';
   for (std::size_t row = 0; row < recording.rows(); ++row) {

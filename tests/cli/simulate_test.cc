@@ -5,10 +5,6 @@
 namespace lacuna::test {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Key;
-
 constexpr int kBadInput = 2;
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
