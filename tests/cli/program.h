@@ -39,7 +39,7 @@ class Program {
 
 Outcome lacuna(const std::vector<std::string>& arguments, const std::filesystem::path& folder = {});
 
-/// Fails unless the run ended with `code`, nothing on standard output, and one line on standard error with `part` in it.
+/// Fails unless the run ended with `code`, no standard output, and one line on standard error with `part` in it.
 void expect_refused(const Outcome& outcome, int code, const std::string& part);
 /// The standard output of a run that must succeed.
 nlohmann::json json_of(const Outcome& outcome);
