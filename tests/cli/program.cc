@@ -67,7 +67,9 @@ Program::~Program() {
   ::waitpid(process_, nullptr, 0);
 }
 
-void Program::interrupt() const { ::kill(process_, SIGINT); }
+void Program::interrupt() const {
+  if (process_ > 0) ::kill(process_, SIGINT);  // -1 would mean every process
+}
 
 bool Program::running() {
   if (process_ > 0 && ::waitpid(process_, &status_, WNOHANG) == process_) process_ = -1;
