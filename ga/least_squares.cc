@@ -27,6 +27,11 @@ class ResidualCost final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const std::vector<double> point(parameters[0], parameters[0] + problem_.space().size());
+    // Ceres knows no bounds here; beyond them a mass may be negative, which engines refuse. A failed trial shortens the step.
+    for (std::size_t k = 0; k < point.size(); ++k) {
+      const Axis& axis = problem_.space().axes()[k];
+      if (!(point[k] >= axis.lower && point[k] <= axis.upper)) return false;
+    }
     if (point != last_point_) {
       last_ = problem_.residual(point, segments_);
       last_point_ = point;
