@@ -32,8 +32,11 @@ inline Scenario arm_scenario(double seconds) {
   scenario.channels.time = "t";
   for (std::size_t j = 0; j < 6; ++j) {
     const std::string& joint = scenario.robot->joints()[j].name;
-    scenario.actuators.push_back({joint, "torque_source",
-                                  {{"gain", gain[j]}, {"damping", damping[j]}, {"stiffness", stiffness[j]}, {"rest", 0.0}}, "bench"});
+    scenario.actuators.push_back(
+        {joint,
+         "torque_source",
+         {{"gain", gain[j]}, {"damping", damping[j]}, {"stiffness", stiffness[j]}, {"rest", 0.0}},
+         "bench"});
     scenario.channels.of[ChannelKind::command][joint] = {"u_" + joint, 1.0, 0.0, ""};
     scenario.channels.of[ChannelKind::position][joint] = {"q_" + joint, 1.0, 0.0, ""};
     data->names.insert(data->names.end(), {"u_" + joint, "q_" + joint});

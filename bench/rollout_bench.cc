@@ -19,7 +19,8 @@ void rollout(benchmark::State& bench, const std::string& engine, int models) {
   for (auto _ : bench) {
     factor = factor > 1.1 ? 0.9 : factor + 1e-3;
     for (auto& v : values) v[0] = factor * model.values()[0];
-    simulator->run(values, segments, [](int, int, const auto& predicted) { benchmark::DoNotOptimize(predicted.data()); });
+    simulator->run(values, segments,
+                   [](int, int, const auto& predicted) { benchmark::DoNotOptimize(predicted.data()); });
   }
   bench.SetItemsProcessed(bench.iterations() * models);
 }

@@ -17,8 +17,8 @@ using namespace test;
 
 const PendulumTruth kStart{2.2, 1.1, 5.0, 1.0};
 const std::vector<std::string> kDrive{"gain", "damping", "stiffness"};
-constexpr double kNoise = 1e-3;       // rad
-constexpr double kDeadband = 0.5;     // V, of a command of 3 V
+constexpr double kNoise = 1e-3;    // rad
+constexpr double kDeadband = 0.5;  // V, of a command of 3 V
 
 DiagnoseOptions small() {
   DiagnoseOptions options;
@@ -71,7 +71,8 @@ TEST(Gain, OfWhiteNoiseHalvedIsThatOfItsLogarithm) {
   const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
   const Gain gain = residual_gain(r, half, blocks);
   // n_eff of white noise is n within its own error; n log 2 is what a Gaussian likelihood gains.
-  EXPECT_NEAR(gain.log_likelihood, static_cast<double>(n) * std::log(2.0), 0.15 * static_cast<double>(n) * std::log(2.0));
+  EXPECT_NEAR(gain.log_likelihood, static_cast<double>(n) * std::log(2.0),
+              0.15 * static_cast<double>(n) * std::log(2.0));
   EXPECT_NEAR(gain.share, 0.75, 1e-12);
 }
 
@@ -213,7 +214,8 @@ TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {
   const PlantModel model(found);
   EXPECT_TRUE(same_bits(model.values(), d.after.values));
   const Experiment experiment = make_experiment(found);
-  Problem problem(model, experiment, SearchSpace(model, scenario), on("featherstone", d.after.step.step), first_weights(model, experiment));
+  Problem problem(model, experiment, SearchSpace(model, scenario), on("featherstone", d.after.step.step),
+                  first_weights(model, experiment));
   const JointRms rms = residual_rms(problem, model.values(), Role::test);
   EXPECT_NEAR(rms[0].second, d.after.rms.back().second[0].second, 1e-9);
 }

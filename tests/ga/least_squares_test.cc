@@ -12,7 +12,10 @@ using namespace test;
 /// Everything that a Problem refers to, kept alive.
 struct Setting {
   explicit Setting(Scenario given, double step = 0.005)
-      : scenario(std::move(given)), model(scenario), experiment(make_experiment(scenario)), space(model, scenario),
+      : scenario(std::move(given)),
+        model(scenario),
+        experiment(make_experiment(scenario)),
+        space(model, scenario),
         problem(model, experiment, space, on("featherstone", step), first_weights(model, experiment)),
         train(experiment.with_role(Role::train)) {}
   Scenario scenario;
@@ -74,7 +77,8 @@ TEST(Problem, CostIsTheNormOfTheWhitenedResidual) {
   const std::vector<std::vector<double>> points{s.space.start(), {3.0, 0.8, 4.0}};
   std::vector<double> costs(2);
   s.problem.costs(points, costs, s.train, Fitness::norm_2);
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(costs[i], s.problem.residual(points[i], s.train).norm(), 1e-9 * costs[i]);
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_NEAR(costs[i], s.problem.residual(points[i], s.train).norm(), 1e-9 * costs[i]);
   EXPECT_LT(costs[1], costs[0]);
 }
 

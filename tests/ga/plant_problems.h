@@ -12,10 +12,10 @@ struct PendulumTruth {
 };
 
 inline Scenario pendulum_scenario(const PendulumTruth& p) {
-  Scenario scenario = bare_scenario(bundled_robot("pendulum/pendulum.urdf"),
-                                    {actuator("swing", "torque_source",
-                                              {{"gain", p.gain}, {"damping", p.damping}, {"stiffness", p.stiffness}})},
-                                    false);
+  Scenario scenario = bare_scenario(
+      bundled_robot("pendulum/pendulum.urdf"),
+      {actuator("swing", "torque_source", {{"gain", p.gain}, {"damping", p.damping}, {"stiffness", p.stiffness}})},
+      false);
   return scenario;
 }
 

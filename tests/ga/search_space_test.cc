@@ -11,12 +11,18 @@ namespace {
 
 using namespace test;
 
-IdentifySpec relative(const std::string& name, double lower, double upper) { return {name, true, lower, upper, "test: identify." + name}; }
-IdentifySpec absolute(const std::string& name, double lower, double upper) { return {name, false, lower, upper, "test: identify." + name}; }
+IdentifySpec relative(const std::string& name, double lower, double upper) {
+  return {name, true, lower, upper, "test: identify." + name};
+}
+IdentifySpec absolute(const std::string& name, double lower, double upper) {
+  return {name, false, lower, upper, "test: identify." + name};
+}
 
 Scenario arm(std::vector<IdentifySpec> identify) {
-  Scenario scenario = bare_scenario(bundled_robot("hydrolek/seed_table1.urdf"),
-                                    {actuator("joint_2", "torque_source", {{"gain", 100.0}, {"damping", 50.0}, {"stiffness", 1000.0}, {"rest", 0.0}})});
+  Scenario scenario =
+      bare_scenario(bundled_robot("hydrolek/seed_table1.urdf"),
+                    {actuator("joint_2", "torque_source",
+                              {{"gain", 100.0}, {"damping", 50.0}, {"stiffness", 1000.0}, {"rest", 0.0}})});
   scenario.identify = std::move(identify);
   return scenario;
 }

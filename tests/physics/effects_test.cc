@@ -58,7 +58,8 @@ TEST_P(EffectNesting, ReproducesThePlainModelToTheLastBitAtItsNeutralValueAtEver
   const auto reference = run(plain);
   ASSERT_FALSE(reference.empty());
   ASSERT_TRUE(std::isfinite(reference.back().front().back()));
-  ASSERT_GT(worst_difference(reference.front()[0], std::vector<double>(reference.front()[0].size(), kStill.q[0])), 0.01);
+  ASSERT_GT(worst_difference(reference.front()[0], std::vector<double>(reference.front()[0].size(), kStill.q[0])),
+            0.01);
   for (const EffectInfo& info : effect_table()) {
     std::vector<std::string> places{"arm"};
     if (info.where == Where::joint) {
@@ -66,7 +67,8 @@ TEST_P(EffectNesting, ReproducesThePlainModelToTheLastBitAtItsNeutralValueAtEver
       for (const Joint& joint : scenario.robot->joints()) places.push_back(joint.name);
     }
     for (const std::string& place : places) {
-      EXPECT_TRUE(same_bits(run(plain.with_effects({effect(info.name, place, {})})), reference)) << info.name << " at " << place;
+      EXPECT_TRUE(same_bits(run(plain.with_effects({effect(info.name, place, {})})), reference))
+          << info.name << " at " << place;
     }
   }
 }
@@ -82,10 +84,11 @@ TEST(EffectNesting, HoldsOnEveryEngine) {
   const PlantModel plain(scenario);
   const Experiment experiment = started_experiment(scenario, kStill);
   const std::string joint = scenario.robot->joints()[1].name;
-  const PlantModel neutral = plain.with_effects({effect("coulomb_friction", joint, {}), effect("payload", "arm", {}),
-                                                 effect("input_delay", joint, {})});
+  const PlantModel neutral = plain.with_effects(
+      {effect("coulomb_friction", joint, {}), effect("payload", "arm", {}), effect("input_delay", joint, {})});
   for (const std::string& engine : available_engines()) {
-    EXPECT_TRUE(same_bits(predict_one(plain, experiment, on(engine, 0.01)), predict_one(neutral, experiment, on(engine, 0.01))))
+    EXPECT_TRUE(
+        same_bits(predict_one(plain, experiment, on(engine, 0.01)), predict_one(neutral, experiment, on(engine, 0.01))))
         << engine;
   }
 }
@@ -110,8 +113,8 @@ TEST(EffectNesting, CoversTheWholeCatalogueWithDistinctNamesAndNeutralDefaults) 
 
 /// The block, pushed by u newtons.
 Scenario pushed_block(const Drive& drive, const Start& start, double damping = 0.0) {
-  return driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}, {"damping", damping}})}, drive,
-                         start);
+  return driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}, {"damping", damping}})},
+                         drive, start);
 }
 
 /// Positions and speeds of the block with effects.
@@ -136,7 +139,9 @@ TEST(CommandEffect, ActsOnTheBlockAsTheSameForceComputedByHand) {
   const std::vector<Case> cases = {
       {effect("valve_offset", "slide", {{"b", 0.7}}), [](double u) { return u + 0.7; }},
       {effect("valve_deadband", "slide", {{"d", 0.9}}),
-       [](double u) { return u > 0.9 ? u - 0.9 : u < -0.9 ? u + 0.9 : 0.0; }},
+       [](double u) { return u > 0.9    ? u - 0.9
+                             : u < -0.9 ? u + 0.9
+                                        : 0.0; }},
       {effect("actuator_saturation", "slide", {{"cap", 1.3}}), [](double u) { return 1.3 * std::tanh(u / 1.3); }}};
   const Drive drive = sine_drive(1, 4.0, 0.01, 6.0);
   for (const Case& c : cases) {
@@ -157,11 +162,10 @@ TEST(CommandEffect, OrderIsDelayThenOffsetThenDeadbandThenSaturation) {
     const double alive = std::copysign(std::max(std::fabs(u) - 0.5, 0.0), u);
     changed.u[0][k] = 2.0 * std::tanh(alive / 2.0);
   }
-  const BlockRun with = run_block(drive, 0.0,
-                                  {effect("actuator_saturation", "slide", {{"cap", 2.0}}),
-                                   effect("valve_deadband", "slide", {{"d", 0.5}}),
-                                   effect("valve_offset", "slide", {{"b", 0.4}}),
-                                   effect("input_delay", "slide", {{"T", 0.03}})});
+  const BlockRun with = run_block(
+      drive, 0.0,
+      {effect("actuator_saturation", "slide", {{"cap", 2.0}}), effect("valve_deadband", "slide", {{"d", 0.5}}),
+       effect("valve_offset", "slide", {{"b", 0.4}}), effect("input_delay", "slide", {{"T", 0.03}})});
   EXPECT_LT(worst_difference(with.q, run_block(changed, 0.0, {}).q), kRounding);
 }
 
@@ -291,8 +295,10 @@ TEST(Payload, IsTheSameRobotWithTheMassWeldedToItsTool) {
   const std::string joint = robot->joints()[0].name;
   const Start start{{0.7}, {0.0}};
   const Drive drive = sine_drive(1, 2.0, 0.01, 2.0);
-  const std::vector<ActuatorSpec> drives{actuator(joint, "torque_source", {{"gain", 1.0}, {"damping", 0.1}, {"stiffness", 0.5}})};
-  const Scenario light = driven_scenario(robot, drives, drive, start), heavy = driven_scenario(heavier, drives, drive, start);
+  const std::vector<ActuatorSpec> drives{
+      actuator(joint, "torque_source", {{"gain", 1.0}, {"damping", 0.1}, {"stiffness", 0.5}})};
+  const Scenario light = driven_scenario(robot, drives, drive, start),
+                 heavy = driven_scenario(heavier, drives, drive, start);
   const PlantModel carrying = PlantModel(light).with_effects({effect("payload", "arm", {{"m", mass}})});
   for (const std::string& engine : available_engines()) {
     const auto a = predict_one(carrying, started_experiment(light, start), on(engine, kStep)).front();
@@ -326,26 +332,29 @@ TEST(Actuators, FollowTheirClosedForms) {
   const Start start{{0.0}, {0.0}};
   const Drive drive = constant_drive(1, 3.0, 0.01, u);
   const Scenario spring = driven_scenario(
-      block_robot(), {actuator("slide", "torque_source", {{"gain", K}, {"damping", D}, {"stiffness", S}, {"rest", rest}})},
-      drive, start);
+      block_robot(),
+      {actuator("slide", "torque_source", {{"gain", K}, {"damping", D}, {"stiffness", S}, {"rest", rest}})}, drive,
+      start);
   const auto p = predict_one(PlantModel(spring), started_experiment(spring, start), on("featherstone", kStep)).front();
-  const double target = rest + K * u / S, decay = D / (2.0 * kBlockMass), omega = std::sqrt(S / kBlockMass - decay * decay);
+  const double target = rest + K * u / S, decay = D / (2.0 * kBlockMass),
+               omega = std::sqrt(S / kBlockMass - decay * decay);
   for (std::size_t k = 0; k < drive.time.size(); ++k) {
     const double t = drive.time[k];
-    const double x = target * (1.0 - std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t)));
+    const double x =
+        target * (1.0 - std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t)));
     ASSERT_NEAR(p[0][k], x, kIntegration) << "torque_source t = " << t;
   }
   // direct_effort: m v' = K u - D v.
-  const Scenario direct = driven_scenario(
-      block_robot(), {actuator("slide", "direct_effort", {{"gain", K}, {"damping", D}})}, drive, start);
+  const Scenario direct =
+      driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", K}, {"damping", D}})}, drive, start);
   const auto d = predict_one(PlantModel(direct), started_experiment(direct, start), on("featherstone", kStep)).front();
   for (std::size_t k = 0; k < drive.time.size(); ++k) {
     ASSERT_NEAR(d[1][k], K * u / D * (1.0 - std::exp(-D / kBlockMass * drive.time[k])), kIntegration);
   }
   // flow_source: the command is a speed once the oil spring has settled.
   const Scenario flow = driven_scenario(
-      block_robot(), {actuator("slide", "flow_source", {{"gain", 0.2}, {"stiffness", 800.0}, {"damping", 40.0}})}, drive,
-      start);
+      block_robot(), {actuator("slide", "flow_source", {{"gain", 0.2}, {"stiffness", 800.0}, {"damping", 40.0}})},
+      drive, start);
   const auto f = predict_one(PlantModel(flow), started_experiment(flow, start), on("featherstone", kStep)).front();
   EXPECT_NEAR(f[1].back(), 0.2 * u, 1e-6);  // exp(-10 * 3) of the start is left
   EXPECT_NEAR(f[0].back(), 0.2 * u * 3.0, 1e-6);

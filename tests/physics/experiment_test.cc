@@ -11,7 +11,8 @@ namespace {
 using namespace test;
 
 /// A pendulum's recording with a given position signal; no velocity channel.
-Scenario recorded(const std::vector<double>& time, const std::vector<double>& position, Prediction prediction = FreeRun{}) {
+Scenario recorded(const std::vector<double>& time, const std::vector<double>& position,
+                  Prediction prediction = FreeRun{}) {
   auto robot = bundled_robot("pendulum/pendulum.urdf");
   Scenario scenario = bare_scenario(robot, {}, false);
   Drive drive{time, {std::vector<double>(time.size(), 0.0)}};
@@ -103,7 +104,8 @@ TEST(NoiseEstimate, IgnoresMissingSamplesAndSaysNothingOfAConstant) {
   const std::vector<double> time = clock(20.0, 0.01);
   Noise random(7);
   std::vector<double> q;
-  for (std::size_t k = 0; k < time.size(); ++k) q.push_back(k % 50 == 0 ? kMissing : std::sin(time[k]) + 1e-3 * random());
+  for (std::size_t k = 0; k < time.size(); ++k)
+    q.push_back(k % 50 == 0 ? kMissing : std::sin(time[k]) + 1e-3 * random());
   EXPECT_NEAR(noise_from_differences(time, q), 1e-3, 1.5e-4);  // fewer whole stretches
   EXPECT_FALSE(noise_from_differences(time, std::vector<double>(time.size(), 0.7)) > 1e-12);
 }
@@ -122,7 +124,8 @@ TEST(Experiment, WindowsCoverTheRecordingAndStartFromTheMeasuredState) {
     EXPECT_NEAR(w.q0[0], 0.5 * std::sin(1.7 * begin), 1e-4);
     EXPECT_NEAR(w.v0[0], 0.85 * std::cos(1.7 * begin), 2e-2);
     if (s > 0) {
-      EXPECT_EQ(w.first, experiment.segments[s - 1].first + experiment.segments[s - 1].count - 1) << "no sample is lost";
+      EXPECT_EQ(w.first, experiment.segments[s - 1].first + experiment.segments[s - 1].count - 1)
+          << "no sample is lost";
     }
     EXPECT_EQ(w.measured[0].size(), w.count);
     EXPECT_EQ(w.measured[0][0], q[w.first]);
@@ -147,7 +150,8 @@ TEST(Experiment, KeepsTheRecordingsOwnTimeRangeAndStartsItsClockAtZero) {
 TEST(Experiment, PrefersStatedNoiseAndAMeasuredStartSpeed) {
   const std::vector<double> time = clock(2.0, 0.01);
   Scenario scenario = bare_scenario(bundled_robot("pendulum/pendulum.urdf"), {});
-  add_recording(scenario, recording_of(*scenario.robot, Drive{time, {std::vector<double>(time.size(), 0.0)}}, {{0.2}, {0.7}}));
+  add_recording(scenario,
+                recording_of(*scenario.robot, Drive{time, {std::vector<double>(time.size(), 0.0)}}, {{0.2}, {0.7}}));
   scenario.noise[ChannelKind::position]["swing"] = 0.123;
   const Experiment experiment = make_experiment(scenario);
   EXPECT_EQ(experiment.channels[0].noise, 0.123);

@@ -19,7 +19,8 @@ std::pair<double, double> response(double frequency) {
   for (std::size_t k = 0; k < n; ++k) x[k] = std::sin(phase(k));
   ZeroPhaseLowPass(kCutoff, kRate).apply(x);
   double s = 0.0, c = 0.0;
-  for (std::size_t k = 5000; k < 15000; ++k) s += x[k] * std::sin(phase(k)) / 5000.0, c += x[k] * std::cos(phase(k)) / 5000.0;
+  for (std::size_t k = 5000; k < 15000; ++k)
+    s += x[k] * std::sin(phase(k)) / 5000.0, c += x[k] * std::cos(phase(k)) / 5000.0;
   return {std::hypot(s, c), std::atan2(c, s)};
 }
 

@@ -16,20 +16,25 @@ Scenario pendulum_with(std::vector<ActuatorSpec> drives, std::vector<EffectSpec>
   return scenario;
 }
 
-ActuatorSpec drive() { return actuator("swing", "torque_source", {{"gain", 2.0}, {"damping", 0.5}, {"stiffness", 1.0}}); }
+ActuatorSpec drive() {
+  return actuator("swing", "torque_source", {{"gain", 2.0}, {"damping", 0.5}, {"stiffness", 1.0}});
+}
 
 /// All of `parts` stand in the refusal of this scenario, which names the scenario's entry first.
 void expect_refused(const Scenario& scenario, const std::string& where, const std::vector<std::string>& parts) {
   const std::string message = input_error([&] { PlantModel model(scenario); });
   EXPECT_EQ(message.rfind(where, 0), 0u) << message;
-  for (const std::string& part : parts) EXPECT_NE(message.find(part), std::string::npos) << message << " lacks " << part;
+  for (const std::string& part : parts)
+    EXPECT_NE(message.find(part), std::string::npos) << message << " lacks " << part;
 }
 
 TEST(PlantModel, NamesEveryParameterWithItsUnitAndValue) {
-  const PlantModel model(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", 0.3}}), effect("payload", "arm", {})}));
+  const PlantModel model(
+      pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", 0.3}}), effect("payload", "arm", {})}));
   const std::vector<std::pair<std::string, double>> expected = {
-      {"swing.gain", 2.0}, {"swing.damping", 0.5}, {"swing.stiffness", 1.0}, {"swing.rest", 0.0}, {"rod.mass", 1.0},
-      {"swing.coulomb_friction.Fc", 0.3}, {"arm.payload.m", 0.0}};
+      {"swing.gain", 2.0},   {"swing.damping", 0.5}, {"swing.stiffness", 1.0},
+      {"swing.rest", 0.0},   {"rod.mass", 1.0},      {"swing.coulomb_friction.Fc", 0.3},
+      {"arm.payload.m", 0.0}};
   for (const auto& [name, value] : expected) {
     const int index = model.find(name);
     ASSERT_GE(index, 0) << name;
@@ -49,26 +54,35 @@ TEST(PlantModel, GivesLinearUnitsToPrismaticJoints) {
 
 TEST(PlantModel, RefusesWhatItDoesNotKnowAndListsWhatItDoes) {
   const std::string at = "test: actuators.swing";
-  expect_refused(pendulum_with({actuator("swing", "magnet", {})}), at, {"\"magnet\"", "torque_source", "flow_source", "direct_effort"});
-  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gian", 1.0}})}), at, {"\"gian\"", "gain", "damping"});
+  expect_refused(pendulum_with({actuator("swing", "magnet", {})}), at,
+                 {"\"magnet\"", "torque_source", "flow_source", "direct_effort"});
+  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gian", 1.0}})}), at,
+                 {"\"gian\"", "gain", "damping"});
   expect_refused(pendulum_with({drive()}, {effect("gremlins", "swing", {})}), "test: effects",
                  {"\"gremlins\"", "coulomb_friction", "payload"});
-  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"mu", 1.0}})}), "test: effects", {"\"mu\"", "Fc"});
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"mu", 1.0}})}), "test: effects",
+                 {"\"mu\"", "Fc"});
 }
 
 TEST(PlantModel, RefusesMissingAndImpossibleValuesWithTheAllowedRange) {
-  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gain", 1.0}})}), "test: actuators.swing", {"damping"});
-  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", -1.0}, {"stiffness", 1.0}})}),
-                 "test: actuators.swing", {"damping = -1", "0"});
-  expect_refused(pendulum_with({drive()}, {effect("input_delay", "swing", {{"T", 5.0}})}), "test: effects", {"T = 5", "1 s"});
-  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", kMissing}})}), "test: effects", {"Fc"});
+  expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gain", 1.0}})}), "test: actuators.swing",
+                 {"damping"});
+  expect_refused(
+      pendulum_with({actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", -1.0}, {"stiffness", 1.0}})}),
+      "test: actuators.swing", {"damping = -1", "0"});
+  expect_refused(pendulum_with({drive()}, {effect("input_delay", "swing", {{"T", 5.0}})}), "test: effects",
+                 {"T = 5", "1 s"});
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", kMissing}})}), "test: effects",
+                 {"Fc"});
 }
 
 TEST(PlantModel, RefusesEffectsAtAPlaceWhereTheyCannotActOrStandAlready) {
-  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "arm", {})}), "test: effects", {"\"arm\"", "joint"});
+  expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "arm", {})}), "test: effects",
+                 {"\"arm\"", "joint"});
   expect_refused(pendulum_with({drive()}, {effect("payload", "swing", {})}), "test: effects", {"\"swing\"", "arm"});
   expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "elbow", {})}), "test: effects", {"\"elbow\""});
-  expect_refused(pendulum_with({drive()}, {effect("payload", "arm", {}), effect("payload", "arm", {})}), "test: effects", {"twice"});
+  expect_refused(pendulum_with({drive()}, {effect("payload", "arm", {}), effect("payload", "arm", {})}),
+                 "test: effects", {"twice"});
 }
 
 TEST(PlantModel, SwitchesAnEffectOffInRecordingsThatItDoesNotName) {
@@ -84,7 +98,8 @@ TEST(PlantModel, WithEffectsLeavesTheOriginalAndTheOldValuesAlone) {
   const PlantModel more = plain.with_effects({effect("valve_offset", "swing", {{"b", 0.1}})});
   EXPECT_EQ(plain.find("swing.valve_offset.b"), -1);
   ASSERT_GT(more.parameters().size(), plain.parameters().size());
-  for (std::size_t i = 0; i < plain.parameters().size(); ++i) EXPECT_EQ(more.parameters()[i].name, plain.parameters()[i].name);
+  for (std::size_t i = 0; i < plain.parameters().size(); ++i)
+    EXPECT_EQ(more.parameters()[i].name, plain.parameters()[i].name);
   EXPECT_EQ(more.find_effect_at("valve_offset", "swing"), 0);
   EXPECT_EQ(more.find_effect_at("valve_offset", "arm"), -1);
 }

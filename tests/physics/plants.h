@@ -73,8 +73,9 @@ inline Drive sine_drive(int joints, double seconds, double period, double amplit
     std::vector<double> u;
     for (const double t : out.time) {
       const double phase = 2.0 * std::numbers::pi * (t + shift), f = 1.0 + 0.13 * j;
-      u.push_back(amplitude / 3.0 *
-                  (std::sin(0.31 * f * phase) + std::sin(0.83 * f * phase + 1.0 + j) + std::sin(1.97 * f * phase + 2.0)));
+      u.push_back(
+          amplitude / 3.0 *
+          (std::sin(0.31 * f * phase) + std::sin(0.83 * f * phase + 1.0 + j) + std::sin(1.97 * f * phase + 2.0)));
     }
     out.u.push_back(std::move(u));
   }

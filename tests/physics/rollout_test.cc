@@ -24,8 +24,9 @@ std::vector<double> errors_of_steps(const PlantModel& model, const Experiment& e
 const Start kSwing{{1.2}, {0.0}};
 
 Scenario swing(double period, const EffectSpec* friction = nullptr) {
-  Scenario scenario = driven_scenario(pendulum(), {actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", 0.2}, {"stiffness", 1.0}})},
-                                      sine_drive(1, 4.0, period, 3.0), kSwing);
+  Scenario scenario = driven_scenario(
+      pendulum(), {actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", 0.2}, {"stiffness", 1.0}})},
+      sine_drive(1, 4.0, period, 3.0), kSwing);
   if (friction != nullptr) scenario.effects.push_back(*friction);
   return scenario;
 }
@@ -43,7 +44,8 @@ TEST(Rollout, IsOfFourthOrderInTheStepForSmoothMotion) {
 TEST(Rollout, StaysBetterThanSecondOrderThroughCoulombReversals) {
   const EffectSpec friction = effect("coulomb_friction", "swing", {{"Fc", 0.4}});
   const Scenario scenario = swing(0.1, &friction);
-  const auto e = errors_of_steps(PlantModel(scenario), started_experiment(scenario, kSwing), {0.1, 0.05, 0.025, 0.0125});
+  const auto e =
+      errors_of_steps(PlantModel(scenario), started_experiment(scenario, kSwing), {0.1, 0.05, 0.025, 0.0125});
   // Over three halvings: more than 2^(2*3) = 64. Single halvings jump with where in a step the reversals fall.
   EXPECT_GT(e.front() / e.back(), 64.0) << e[0] << " " << e[1] << " " << e[2] << " " << e[3];
   EXPECT_LT(e.back(), 1e-5);
@@ -59,7 +61,8 @@ TEST(Rollout, AgreesWithTheExactPeriodOfThePendulum) {
   }
   const double period = 2.0 * std::numbers::pi / (omega * a);
   const Start start{{q0}, {0.0}};
-  const Scenario scenario = driven_scenario(pendulum(), {}, constant_drive(1, period * 3.0, period / 100.0, 0.0), start);
+  const Scenario scenario =
+      driven_scenario(pendulum(), {}, constant_drive(1, period * 3.0, period / 100.0, 0.0), start);
   for (const std::string& engine : available_engines()) {
     const auto p = predict_one(PlantModel(scenario), started_experiment(scenario, start), on(engine, 0.002)).front();
     // Fourth-order error of 0.002 s over three swings is 1e-9; ODE's acceleration is good to 1e-5 relative.
@@ -73,10 +76,13 @@ TEST(Rollout, AgreesWithTheExactPeriodOfThePendulum) {
 TEST(Rollout, HoldsCommandsBetweenSamples) {
   // A force of 1, -2, 3, ... N on the block, each for one sample: exact sums of parabolas.
   Drive drive = constant_drive(1, 1.0, 0.1, 0.0);
-  for (std::size_t k = 0; k < drive.time.size(); ++k) drive.u[0][k] = (k % 2 == 0 ? 1.0 : -2.0) * static_cast<double>(k);
+  for (std::size_t k = 0; k < drive.time.size(); ++k)
+    drive.u[0][k] = (k % 2 == 0 ? 1.0 : -2.0) * static_cast<double>(k);
   const Start start{{0.0}, {0.5}};
-  const Scenario scenario = driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}})}, drive, start);
-  const auto p = predict_one(PlantModel(scenario), started_experiment(scenario, start), on("featherstone", 0.03)).front();
+  const Scenario scenario =
+      driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}})}, drive, start);
+  const auto p =
+      predict_one(PlantModel(scenario), started_experiment(scenario, start), on("featherstone", 0.03)).front();
   double q = 0.0, v = 0.5;
   for (std::size_t k = 0; k < drive.time.size(); ++k) {
     ASSERT_NEAR(p[0][k], q, 1e-12) << "sample " << k;
@@ -102,10 +108,12 @@ TEST(Rollout, DoesNotDependOnExtraSamplesWhereTheCommandStands) {
   }
   sparse.time.pop_back(), sparse.u[0].pop_back();
   auto run = [&](const Drive& drive) {
-    Scenario scenario = driven_scenario(pendulum(), {actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", 0.2}, {"stiffness", 1.0}})},
-                                        drive, kSwing);
+    Scenario scenario = driven_scenario(
+        pendulum(), {actuator("swing", "torque_source", {{"gain", 1.0}, {"damping", 0.2}, {"stiffness", 1.0}})}, drive,
+        kSwing);
     scenario.effects = {friction, delay};
-    return predict_one(PlantModel(scenario), started_experiment(scenario, kSwing), on("featherstone", 0.001)).front()[0];
+    return predict_one(PlantModel(scenario), started_experiment(scenario, kSwing), on("featherstone", 0.001))
+        .front()[0];
   };
   const auto a = run(sparse), b = run(dense);
   for (std::size_t k = 0; k < common.size(); ++k) {
@@ -122,11 +130,11 @@ TEST(Rollout, UnderStiffFrictionIsAtRestExactlyAndWithoutChatterOnEveryEngine) {
   for (std::size_t k = 0; k < drive.time.size(); ++k) {
     if (drive.time[k] > 2.0) drive.u[0][k] = drive.u[1][k] = 0.0;  // let go: friction holds it against gravity
   }
-  Scenario scenario = driven_scenario(
-      robot,
-      {actuator("shoulder", "torque_source", {{"gain", 1.0}, {"damping", 0.5}, {"stiffness", 2.0}}),
-       actuator("elbow", "torque_source", {{"gain", 1.0}, {"damping", 0.5}, {"stiffness", 2.0}})},
-      drive, start);
+  Scenario scenario =
+      driven_scenario(robot,
+                      {actuator("shoulder", "torque_source", {{"gain", 1.0}, {"damping", 0.5}, {"stiffness", 2.0}}),
+                       actuator("elbow", "torque_source", {{"gain", 1.0}, {"damping", 0.5}, {"stiffness", 2.0}})},
+                      drive, start);
   scenario.effects = {effect("coulomb_friction", "shoulder", {{"Fc", 18.0}}),
                       effect("stribeck_friction", "elbow", {{"Fc", 8.0}, {"Fs", 12.0}, {"vs", 0.05}})};
   scenario.noise[ChannelKind::position] = {{"shoulder", 1e-3}, {"elbow", 1e-3}};
@@ -157,9 +165,11 @@ TEST(Rollout, StickSlipKeepsTheSpeedSigned) {
   for (std::size_t k = 0; k < drive.time.size(); ++k) drive.u[0][k] = drive.time[k];
   const Start start{{0.0}, {0.0}};
   Scenario scenario = driven_scenario(
-      block_robot(), {actuator("slide", "torque_source", {{"gain", 20.0}, {"damping", 0.0}, {"stiffness", 200.0}})}, drive, start);
+      block_robot(), {actuator("slide", "torque_source", {{"gain", 20.0}, {"damping", 0.0}, {"stiffness", 200.0}})},
+      drive, start);
   scenario.effects = {effect("stribeck_friction", "slide", {{"Fc", 4.0}, {"Fs", 9.0}, {"vs", 0.02}})};
-  const auto p = predict_one(PlantModel(scenario), started_experiment(scenario, start), on("featherstone", 0.002)).front();
+  const auto p =
+      predict_one(PlantModel(scenario), started_experiment(scenario, start), on("featherstone", 0.002)).front();
   int rests = 0, starts = 0;
   for (std::size_t k = 1; k < p[1].size(); ++k) {
     ASSERT_GE(p[1][k], 0.0) << "t = " << drive.time[k];

@@ -20,8 +20,9 @@ Scenario arm(const Drive& drive) {
   const double stiffness[6] = {1500.0, 3800.0, 960.0, 46.0, 84.0, 7.8};
   std::vector<ActuatorSpec> drives;
   for (std::size_t j = 0; j < 6; ++j) {
-    drives.push_back(actuator(robot->joints()[j].name, "torque_source",
-                              {{"gain", gain[j]}, {"damping", damping[j]}, {"stiffness", stiffness[j]}, {"rest", kArmStart.q[j]}}));
+    drives.push_back(
+        actuator(robot->joints()[j].name, "torque_source",
+                 {{"gain", gain[j]}, {"damping", damping[j]}, {"stiffness", stiffness[j]}, {"rest", kArmStart.q[j]}}));
   }
   return driven_scenario(robot, drives, drive, kArmStart);
 }
@@ -42,8 +43,8 @@ std::vector<std::vector<double>> population(const PlantModel& model, int count, 
 TEST(Lanes, EqualTheScalarPathToRoundingOverTwentySeconds) {
   constexpr double kRelative = 1e-12;
   const Scenario scenario = arm(sine_drive(6, 20.0, 0.01, 4.0));
-  const PlantModel model = PlantModel(scenario).with_effects({effect("valve_offset", "joint_3", {{"b", 0.2}}),
-                                                              effect("actuator_saturation", "joint_2", {{"cap", 3.0}})});
+  const PlantModel model = PlantModel(scenario).with_effects(
+      {effect("valve_offset", "joint_3", {{"b", 0.2}}), effect("actuator_saturation", "joint_2", {{"cap", 3.0}})});
   const Experiment experiment = started_experiment(scenario, kArmStart);
   const auto values = population(model, lane_info().width + 1, 5);
   const auto lanes = predict(model, experiment, values, on("featherstone", 0.005));
@@ -55,7 +56,8 @@ TEST(Lanes, EqualTheScalarPathToRoundingOverTwentySeconds) {
     for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
       double size = 0.0;
       for (const double x : expected[0][c]) size = std::max(size, std::fabs(x));
-      EXPECT_LT(worst_difference(lanes[i][0][c], expected[0][c]), kRelative * size) << "individual " << i << " channel " << c;
+      EXPECT_LT(worst_difference(lanes[i][0][c], expected[0][c]), kRelative * size)
+          << "individual " << i << " channel " << c;
     }
   }
 }
@@ -80,8 +82,8 @@ TEST(Lanes, DoNotDisturbEachOtherWhenOneDivergesOrHoldsGarbage) {
 
 TEST(Lanes, GiveTheSameAnswerInWhateverCompanyAnIndividualIsSimulated) {
   const Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
-  const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 30.0}}),
-                                                              effect("input_delay", "joint_3", {{"T", 0.013}})});
+  const PlantModel model = PlantModel(scenario).with_effects(
+      {effect("coulomb_friction", "joint_2", {{"Fc", 30.0}}), effect("input_delay", "joint_3", {{"T", 0.013}})});
   const Experiment experiment = started_experiment(scenario, kArmStart);
   const auto values = population(model, 2 * lane_info().width + 3, 7);
   const auto together = predict(model, experiment, values, on("featherstone", 0.005));
@@ -113,11 +115,12 @@ TEST(Simulator, VisitsEveryPairOfIndividualAndSegmentOnce) {
   std::mutex lock;
   std::map<std::pair<int, int>, int> seen;
   const std::vector<int> asked{3, 1};
-  make_simulator(model, experiment, on("featherstone", 0.01, 2))->run(values, asked, [&](int i, int s, const auto& predicted) {
-    const std::lock_guard<std::mutex> hold(lock);
-    ++seen[{i, s}];
-    EXPECT_EQ(predicted.size(), experiment.channels.size());
-  });
+  make_simulator(model, experiment, on("featherstone", 0.01, 2))
+      ->run(values, asked, [&](int i, int s, const auto& predicted) {
+        const std::lock_guard<std::mutex> hold(lock);
+        ++seen[{i, s}];
+        EXPECT_EQ(predicted.size(), experiment.channels.size());
+      });
   EXPECT_EQ(seen.size(), 2 * values.size());
   for (const auto& [pair, times] : seen) {
     EXPECT_EQ(times, 1);
@@ -130,9 +133,9 @@ TEST(Simulator, EnginesAgreeOnOneRolloutWithDelaySaturationPayloadAndFriction) {
   constexpr double kRubbing = 3e-4;    // rad: reversals and break-aways amplify rounding up to the step's own error
   constexpr double kOde = 1e-4;        // rad: its accelerations are good to 1e-5 of theirs, integrated over 2 s
   const Scenario scenario = arm(sine_drive(6, 2.0, 0.01, 5.0));
-  const PlantModel smooth = PlantModel(scenario).with_effects(
-      {effect("input_delay", "joint_3", {{"T", 0.023}}), effect("actuator_saturation", "joint_2", {{"cap", 3.0}}),
-       effect("payload", "arm", {{"m", 3.0}})});
+  const PlantModel smooth = PlantModel(scenario).with_effects({effect("input_delay", "joint_3", {{"T", 0.023}}),
+                                                               effect("actuator_saturation", "joint_2", {{"cap", 3.0}}),
+                                                               effect("payload", "arm", {{"m", 3.0}})});
   const PlantModel rubbing = smooth.with_effects({effect("coulomb_friction", "joint_2", {{"Fc", 40.0}})});
   const Experiment experiment = started_experiment(scenario, kArmStart);
   const auto reference = predict_one(smooth, experiment, on("featherstone", 0.005)).front();
@@ -141,7 +144,8 @@ TEST(Simulator, EnginesAgreeOnOneRolloutWithDelaySaturationPayloadAndFriction) {
     const auto other = predict_one(smooth, experiment, on(engine, 0.005)).front();
     const auto other_rubbed = predict_one(rubbing, experiment, on(engine, 0.005)).front();
     for (std::size_t c = 0; c < reference.size(); ++c) {
-      EXPECT_LT(worst_difference(other[c], reference[c]), engine == "ode" ? kOde : kAgreement) << engine << " joint " << c;
+      EXPECT_LT(worst_difference(other[c], reference[c]), engine == "ode" ? kOde : kAgreement)
+          << engine << " joint " << c;
       EXPECT_LT(worst_difference(other_rubbed[c], rubbed[c]), kRubbing) << engine << " joint " << c;
     }
   }
@@ -193,11 +197,11 @@ TEST(ChooseStep, KeepsTheIntegrationErrorUnderATenthOfTheNoise) {
 /// Positions of the double pendulum recorded at 1 kHz.
 Scenario smooth_recording(double damping) {
   auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
-  Scenario scenario = bare_scenario(
-      robot,
-      {actuator("shoulder", "torque_source", {{"gain", 3.0}, {"damping", 1.5}, {"stiffness", 20.0}}),
-       actuator("elbow", "torque_source", {{"gain", 2.0}, {"damping", damping}, {"stiffness", 10.0}})},
-      false);
+  Scenario scenario =
+      bare_scenario(robot,
+                    {actuator("shoulder", "torque_source", {{"gain", 3.0}, {"damping", 1.5}, {"stiffness", 20.0}}),
+                     actuator("elbow", "torque_source", {{"gain", 2.0}, {"damping", damping}, {"stiffness", 10.0}})},
+                    false);
   return scenario;
 }
 
@@ -206,7 +210,8 @@ TEST(InverseDynamicsPrediction, LeavesNothingOfDataThatTheSameModelMade) {
   constexpr double kShare = 1e-2;  // of the command's rms
   Scenario scenario = smooth_recording(0.8);
   const Drive drive = sine_drive(2, 4.0, 0.001, 3.0);
-  add_recording(scenario, simulated_recording(scenario, drive, {{0.1, 0.2}, {0.0, 0.0}, false}, "featherstone", "run.csv"));
+  add_recording(scenario,
+                simulated_recording(scenario, drive, {{0.1, 0.2}, {0.0, 0.0}, false}, "featherstone", "run.csv"));
   scenario.prediction = InverseDynamics{40.0};
   const PlantModel same(scenario);
   const Experiment experiment = make_experiment(scenario);
@@ -227,7 +232,8 @@ TEST(InverseDynamicsPrediction, LeavesNothingOfDataThatTheSameModelMade) {
 TEST(InverseDynamicsPrediction, IsTheSameOnEveryEngine) {
   Scenario scenario = smooth_recording(0.8);
   const Drive drive = sine_drive(2, 1.0, 0.001, 3.0);
-  add_recording(scenario, simulated_recording(scenario, drive, {{0.1, 0.2}, {0.0, 0.0}, false}, "featherstone", "run.csv"));
+  add_recording(scenario,
+                simulated_recording(scenario, drive, {{0.1, 0.2}, {0.0, 0.0}, false}, "featherstone", "run.csv"));
   scenario.prediction = InverseDynamics{40.0};
   const PlantModel model = PlantModel(scenario).with_effects({effect("coulomb_friction", "elbow", {{"Fc", 0.3}})});
   const Experiment experiment = make_experiment(scenario);
