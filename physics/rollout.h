@@ -2,9 +2,9 @@
 //
 // Between samples the command is held. Steps are Kutta's fourth-order ones of at most `max_step`, cut where a delayed
 // command jumps. Dry friction is exact: each joint slides (direction fixed over a step) or sticks (the joint is held);
-// a step in which a sliding joint would reverse is repeated up to the instant of zero speed, found on the cubic through
-// speeds and accelerations at both ends; there, and whenever the effort on a held joint exceeds the break-away effort,
-// the direction is decided anew. So the order of the method survives friction and no step is limited by its stiffness.
+// a step in which a sliding joint would reverse, or the effort on a held one pass the break-away effort, is repeated up
+// to that instant, and the direction is decided anew there. So the order of the method survives friction, no step is
+// limited by its stiffness, and no instant of slip hangs on where steps happen to begin.
 // Lanes keep their own clocks inside a sample interval; a lane's result does not depend on its neighbours.
 #pragma once
 
@@ -35,8 +35,10 @@ class Rollout {
   void derivative(const T& t, const State& x, State& dx);
   void decide_directions(const Mask<T>& active);
   void kutta_step(const T& h);
-  T first_reversal(const T& h, std::vector<T>& fraction) const;
-  void settle_reversals(const T& first, const std::vector<T>& fraction);
+  T reversal(std::size_t j, const T& h) const;
+  T release(std::size_t j) const;
+  T first_event(const T& h, std::vector<T>& fraction) const;
+  void settle_events(const T& first, const std::vector<T>& fraction);
   T step_to_jump(const T& h) const;
   void record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out);
 
@@ -44,8 +46,9 @@ class Rollout {
   std::size_t n_, size_;
   T t_ = T(0.0);  ///< s, each lane its own
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
-  std::vector<T> u_, tau_, free_, imbalance_, direction_, breakaway_;
-  std::vector<bool> dry_;  ///< joints with any dry friction component
+  std::vector<T> u_, tau_, free_, direction_, breakaway_;
+  std::vector<T> imbalance_, imbalance_at_start_, imbalance_at_middle_;  ///< effort on held joints, N m or N
+  std::vector<bool> dry_;                                                ///< joints with any dry friction component
   bool any_dry_ = false;
 
   /// Where the delayed command of one joint stands, lane by lane.

@@ -12,7 +12,10 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
       size_(2 * n_ + static_cast<std::size_t>(plant.states())),
       dry_(n_) {
   for (State* x : {&x_, &next_, &stage_, &k1_, &k2_, &k3_, &k4_}) x->assign(size_, T(0.0));
-  for (std::vector<T>* w : {&u_, &tau_, &imbalance_, &direction_, &breakaway_}) w->assign(n_, T(0.0));
+  for (std::vector<T>* w :
+       {&u_, &tau_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_, &direction_, &breakaway_}) {
+    w->assign(n_, T(0.0));
+  }
   free_.assign(n_, T(1.0));
   for (std::size_t j = 0; j < n_; ++j) {
     dry_[j] = plant_.has_dry_friction(static_cast<int>(j));
@@ -85,7 +88,7 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
   const double nominal = (end - begin) / pieces;
   t_ = T(begin);
   fetch_commands(segment, sample);
-  // Every reversal costs one more round; a lane that reverses more often than this goes on with plain steps.
+  // Every event costs one more round; a lane with more of them than this goes on with plain steps.
   const int most = static_cast<int>(pieces) * 8 + 64;
   const T close(1e-9 * nominal);
   std::vector<T> fraction(n_, T(2.0));
@@ -99,11 +102,11 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
     decide_directions(active);
     kutta_step(h);
     if (any_dry_ && round < most) {
-      const T first = first_reversal(h, fraction);
+      const T first = first_event(h, fraction);
       if (any(first < T(1.0))) {
         h = select(first < T(1.0), h * first, h);
         kutta_step(h);
-        settle_reversals(first, fraction);
+        settle_events(first, fraction);
       }
     }
     x_ = next_;
@@ -160,6 +163,7 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
     if (!changed) break;
     derivative(t_, x_, k1_);
   }
+  imbalance_at_start_ = imbalance_;
 }
 
 /// next_ = x_ after one step of h, from k1_.
@@ -170,6 +174,7 @@ void Rollout<T, Dyn>::kutta_step(const T& h) {
   derivative(t_ + half, stage_, k2_);
   for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + half * k2_[i];
   derivative(t_ + half, stage_, k3_);
+  if (any_dry_) imbalance_at_middle_ = imbalance_;
   for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + h * k3_[i];
   derivative(t_ + h, stage_, k4_);
   const T sixth = h * T(1.0 / 6.0);
@@ -178,43 +183,69 @@ void Rollout<T, Dyn>::kutta_step(const T& h) {
   }
 }
 
-/// Earliest zero of a sliding joint's speed as a fraction of the step (2: none), and each joint's own.
+/// Zero in (0, 1] of p0 + p1 s + p2 s^2 + p3 s^3, which is not negative at 0 and negative at 1: bracketed Newton.
+template <class T>
+T zero_crossing(const T& p0, const T& p1, const T& p2, const T& p3) {
+  const T drop = T(0.0) - (p1 + p2 + p3);  // p(0) - p(1)
+  T low(0.0), high(1.0);
+  T s = select((p0 > T(0.0)) && (drop > T(0.0)), p0 / select(drop > T(0.0), drop, T(1.0)), T(0.5));
+  for (int k = 0; k < 8; ++k) {
+    const T value = p0 + s * (p1 + s * (p2 + s * p3));
+    const T slope = p1 + s * (T(2.0) * p2 + s * (T(3.0) * p3));
+    low = select(value >= T(0.0), s, low);
+    high = select(value >= T(0.0), high, s);
+    const T newton = s - value / select(slope == T(0.0), T(1.0), slope);
+    // Once converged, newton is one of the bounds.
+    s = select((newton >= low) && (newton <= high), newton, T(0.5) * (low + high));
+  }
+  return s;
+}
+
+/// Where in the step a sliding joint comes to rest: zero of the cubic through its speeds and accelerations at both ends.
 template <class T, class Dyn>
-T Rollout<T, Dyn>::first_reversal(const T& h, std::vector<T>& fraction) const {
+T Rollout<T, Dyn>::reversal(std::size_t j, const T& h) const {
+  const T v0 = x_[n_ + j], v1 = next_[n_ + j], d = direction_[j];
+  const Mask<T> reverses = (breakaway_[j] > T(0.0)) && (v1 * d < T(0.0));
+  if (!any(reverses)) return T(2.0);
+  const T a0 = h * k1_[n_ + j], a1 = h * k4_[n_ + j], chord = v1 - v0;
+  const T s = zero_crossing<T>(v0 * d, a0 * d, (T(3.0) * chord - T(2.0) * a0 - a1) * d, (a0 + a1 - T(2.0) * chord) * d);
+  return select(reverses, s, T(2.0));
+}
+
+/// Where in the step the effort on a held joint passes the break-away effort: on the parabola through start, middle, end.
+template <class T, class Dyn>
+T Rollout<T, Dyn>::release(std::size_t j) const {
+  const T b = breakaway_[j];
+  const Mask<T> slips = (free_[j] == T(0.0)) && (abs(imbalance_[j]) > b);
+  if (!any(slips)) return T(2.0);
+  const T side = sign(imbalance_[j]);
+  const T p0 = max(b - imbalance_at_start_[j] * side, T(0.0));
+  const T middle = b - imbalance_at_middle_[j] * side, end = b - imbalance_[j] * side;
+  const T curvature = T(2.0) * (p0 + end - T(2.0) * middle);
+  return select(slips, zero_crossing<T>(p0, end - p0 - curvature, curvature, T(0.0)), T(2.0));
+}
+
+/// Earliest event of any joint as a fraction of the step (2: none), and each joint's own.
+template <class T, class Dyn>
+T Rollout<T, Dyn>::first_event(const T& h, std::vector<T>& fraction) const {
   T first(2.0);
   for (std::size_t j = 0; j < n_; ++j) {
-    fraction[j] = T(2.0);
     if (!dry_[j]) continue;
-    const T v0 = x_[n_ + j], v1 = next_[n_ + j];
-    const Mask<T> reverses = (breakaway_[j] > T(0.0)) && (v1 * direction_[j] < T(0.0));
-    if (!any(reverses)) continue;
-    const T a0 = h * k1_[n_ + j], a1 = h * k4_[n_ + j];
-    // Cubic v0 + a0 s + b s^2 + c s^3 with the right ends; bracketed Newton from the chord's zero.
-    const T b = T(3.0) * (v1 - v0) - T(2.0) * a0 - a1, c = a0 + a1 - T(2.0) * (v1 - v0);
-    T low(0.0), high(1.0);
-    T s = select(v0 == T(0.0), T(0.5), v0 / select(reverses, v0 - v1, T(1.0)));
-    for (int k = 0; k < 8; ++k) {
-      const T value = (v0 + s * (a0 + s * (b + s * c))) * direction_[j];
-      const T slope = (a0 + s * (T(2.0) * b + s * (T(3.0) * c))) * direction_[j];
-      low = select(value >= T(0.0), s, low);
-      high = select(value >= T(0.0), high, s);
-      const T newton = s - value / select(slope == T(0.0), T(1.0), slope);
-      s = select((newton > low) && (newton < high), newton, T(0.5) * (low + high));
-    }
-    fraction[j] = select(reverses, max(s, T(kShortest)), T(2.0));
+    fraction[j] = max(min(reversal(j, h), release(j)), T(kShortest));
     first = min(first, fraction[j]);
   }
   return first;
 }
 
-/// After the step was cut at the first reversal: the joints that reversed there stand still and lose their direction.
+/// After the step was cut at the first event: joints that came to rest there lose their direction, released ones gain one.
 template <class T, class Dyn>
-void Rollout<T, Dyn>::settle_reversals(const T& first, const std::vector<T>& fraction) {
+void Rollout<T, Dyn>::settle_events(const T& first, const std::vector<T>& fraction) {
   for (std::size_t j = 0; j < n_; ++j) {
     if (!dry_[j]) continue;
-    const Mask<T> stops = (first < T(1.0)) && (fraction[j] <= first * T(1.0 + 1e-9));
+    const Mask<T> happens = (first < T(1.0)) && (fraction[j] <= first * T(1.0 + 1e-9));
+    const Mask<T> stops = happens && (free_[j] == T(1.0));
     next_[n_ + j] = select(stops, T(0.0), next_[n_ + j]);
-    direction_[j] = select(stops, T(0.0), direction_[j]);
+    direction_[j] = select(stops, T(0.0), select(happens, sign(imbalance_[j]), direction_[j]));
   }
 }
 
