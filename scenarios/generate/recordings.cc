@@ -14,6 +14,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ constexpr double kTolerance = 1e-9;       // of the integrator, absolute and rel
 constexpr double kNoise = 3e-4;           // rad, rms
 constexpr double kPrismaticNoise = 3e-5;  // m, rms
 constexpr double kAgreement = 2e-5;       // twice the last digit written: another machine may round the other way
+constexpr double kBrake = 1e5;            // N m: friction from here on is a brake, and the joint locked
 constexpr std::uint64_t kSeed = 20;
 constexpr int kSkipped = 77;  // what ctest takes for "not run"
 
@@ -62,6 +64,7 @@ constexpr Job kJobs[] = {
 struct Drive {
   double gain = 0.0, damping = 0.0, stiffness = 0.0, rest = 0.0;  // N m/V, N m s/rad, N m/rad, rad
   double friction = 0.0, creep = 1.0;                             // N m, rad/s
+  bool locked = false;                                            // by friction that nothing overcomes
 };
 
 std::vector<Drive> drives_of(const Scenario& truth) {
@@ -78,8 +81,11 @@ std::vector<Drive> drives_of(const Scenario& truth) {
   }
   for (const auto& spec : truth.effects) {
     if (spec.effect != "coulomb_friction") throw lacuna::InputError(spec.where, spec.effect, "coulomb_friction");
-    at(spec.place).friction = spec.parameters.at("Fc");
-    at(spec.place).creep = spec.parameters.at("v0");
+    Drive& drive = at(spec.place);
+    drive.locked = spec.parameters.at("Fc") >= kBrake;
+    if (drive.locked) continue;
+    drive.friction = spec.parameters.at("Fc");
+    drive.creep = spec.parameters.at("v0");
   }
   return out;
 }
@@ -94,7 +100,11 @@ class Machine {
         dynamics_(lacuna::find_engine("simbody").build(truth.robot, truth.gravity)),
         n_(drives_.size()),
         command_(n_, 0.0),
-        effort_(n_) {}
+        effort_(n_) {
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (!drives_[j].locked) moving_.push_back(static_cast<Eigen::Index>(j));
+    }
+  }
 
   std::size_t joints() const { return n_; }
   void set_command(std::size_t joint, double volts) { command_[joint] = volts; }
@@ -108,6 +118,7 @@ class Machine {
       rate[j] = v;
     }
     dynamics_->forward_dynamics({x.data(), n_}, {x.data() + n_, n_}, effort_, {rate.data() + n_, n_});
+    if (moving_.size() < n_) lock({x.data(), n_}, rate.data() + n_);
   }
 
   /// At rest where the springs carry the weight under zero command: Newton's method from the springs' rest.
@@ -124,7 +135,9 @@ class Machine {
         moved[j] += kStep;
         slope.col(static_cast<Eigen::Index>(j)) = (imbalance(moved) - error) / kStep;
       }
-      const Eigen::VectorXd move = slope.partialPivLu().solve(error);
+      Eigen::VectorXd move = Eigen::VectorXd::Zero(n);
+      const Eigen::VectorXd solved = slope(moving_, moving_).partialPivLu().solve(error(moving_).eval());
+      move(moving_) = solved;
       for (std::size_t j = 0; j < n_; ++j) q[j] -= move[static_cast<Eigen::Index>(j)];
       if (move.cwiseAbs().maxCoeff() < 1e-12) {
         q.insert(q.end(), rest.begin(), rest.end());
@@ -135,6 +148,17 @@ class Machine {
   }
 
  private:
+  /// Accelerations of the free arm become those with some joints locked: M_mm a_m = (M a_free)_m.
+  void lock(std::span<const double> q, double* a) {
+    Eigen::MatrixXd mass;
+    dynamics_->mass_matrix(q, mass);
+    Eigen::Map<Eigen::VectorXd> all(a, static_cast<Eigen::Index>(n_));
+    const Eigen::VectorXd net = mass * all;
+    const Eigen::VectorXd solved = mass(moving_, moving_).partialPivLu().solve(net(moving_).eval());
+    all.setZero();
+    all(moving_) = solved;
+  }
+
   /// Effort that gravity asks for less the springs', N m.
   Eigen::VectorXd imbalance(const State& q) {
     const State zero(n_, 0.0);
@@ -150,6 +174,7 @@ class Machine {
   std::unique_ptr<lacuna::Dynamics> dynamics_;
   std::size_t n_;
   std::vector<double> command_, effort_;
+  std::vector<Eigen::Index> moving_;  // joints that are not locked
 };
 
 /// Positions of all joints at the instants of `time`, commands held in between. result[joint][sample]

@@ -22,12 +22,12 @@ struct Source {
   double gain, damping, stiffness, rest;
 };
 
-std::string actuators(const std::vector<Source>& sources) {
+std::string actuators(const std::vector<Source>& sources, std::size_t first = 1) {
   std::string out =
       "actuators:                     # torque = gain*command - damping*velocity - stiffness*(position - rest)\n";
   for (std::size_t i = 0; i < sources.size(); ++i)
-    out += fmt::format("  joint_{}: {{model: torque_source, gain: {}, damping: {}, stiffness: {}, rest: {}}}\n", i + 1,
-                       format_number(sources[i].gain), format_number(sources[i].damping),
+    out += fmt::format("  joint_{}: {{model: torque_source, gain: {}, damping: {}, stiffness: {}, rest: {}}}\n",
+                       i + first, format_number(sources[i].gain), format_number(sources[i].damping),
                        format_number(sources[i].stiffness), format_number(sources[i].rest));
   return out;
 }
@@ -44,16 +44,16 @@ std::string recordings(const std::string& folder, const std::vector<std::pair<co
   return out;
 }
 
-/// Joint 2 moves; the others are held at q = 0 by springs that put each at 100 rad/s over the inertia it carries there
-/// (kg m^2, about its own axis with the arm stretched), critically damped. What sag is left is in truth and model alike.
-std::vector<Source> held_but_joint_2(const Source& joint_2) {
-  constexpr double kRate = 100.0;  // rad/s
-  std::vector<Source> out;
-  for (const double inertia : {22.0, 0.0, 4.2, 0.04, 0.50, 0.012})
-    out.push_back({0.0, std::round(2e3 * inertia * kRate) / 1e3, std::round(1e3 * inertia * kRate * kRate) / 1e3, 0.0});
-  out[1] = joint_2;
-  return out;
-}
+/// Joint 2 moves, the others stand locked at q = 0: dry friction that no effort of the arm overcomes.
+const char* const kBrakes =
+    "effects:                       # the other joints are locked by brakes; N m\n"
+    "  - {effect: coulomb_friction, where: joint_1, parameters: {Fc: 1e6}}\n"
+    "  - {effect: coulomb_friction, where: joint_3, parameters: {Fc: 1e6}}\n"
+    "  - {effect: coulomb_friction, where: joint_4, parameters: {Fc: 1e6}}\n"
+    "  - {effect: coulomb_friction, where: joint_5, parameters: {Fc: 1e6}}\n"
+    "  - {effect: coulomb_friction, where: joint_6, parameters: {Fc: 1e6}}\n";
+
+std::string joint_2_actuator(const Source& source) { return actuators({source}, 2) + kBrakes; }
 
 std::string joint_2_channels() {
   return "channels:\n  time: t                      # s\n" + columns("command", "u", 2, 2, "V, held between samples") +
@@ -68,7 +68,7 @@ void add_joint_2(Files& files, const std::string& table, const Source& truth) {
       "# The seed paper's preset: K, D, S of joint 2 and six link masses, from its row \"Init.\".\n# The truth behind "
       "the recordings is " +
       name + "/truth.yaml. Angles alone fix the nine only up to a common factor.\n";
-  text += head(name, "seed_start.urdf") + "sample_period: 0.01            # s\n" + actuators(held_but_joint_2(start));
+  text += head(name, "seed_start.urdf") + "sample_period: 0.01            # s\n" + joint_2_actuator(start);
   text +=
       "identify:\n"
       "  joint_2.gain:      {bounds: [2, 500]}        # N m/V\n"
@@ -81,7 +81,7 @@ void add_joint_2(Files& files, const std::string& table, const Source& truth) {
   files["hydrolek/" + name + "/truth.yaml"] =
       "# The truth behind " + name + ".yaml: never an input to identification.\n" +
       head(name + "_truth", "../seed_" + table + ".urdf") + "sample_period: 0.01            # s\n" +
-      actuators(held_but_joint_2(truth)) + joint_2_channels();
+      joint_2_actuator(truth) + joint_2_channels();
 }
 
 /// Where identification of the seven-function arm starts.
