@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 #include "cli/files.h"
 #include "cli/identify_flags.h"
@@ -53,10 +54,12 @@ Diagnosis run_diagnosis(Session& session, const DiagnoseFlags& flags, const Scen
 
 std::vector<std::string> marked_joints(const Scenario& scenario, const Diagnosis& diagnosis) {
   std::vector<std::string> out;
-  for (const Finding& finding : diagnosis.findings)
-    if (scenario.robot->find_joint(finding.place)) out.push_back(finding.place);
-  for (const std::string& place : diagnosis.unexplained.where)
-    if (scenario.robot->find_joint(place)) out.push_back(place);
+  const auto mark = [&](const std::string& place) {
+    const bool marked = std::find(out.begin(), out.end(), place) != out.end();
+    if (!marked && scenario.robot->find_joint(place)) out.push_back(place);
+  };
+  for (const Finding& finding : diagnosis.findings) mark(finding.place);
+  for (const std::string& place : diagnosis.unexplained.where) mark(place);
   return out;
 }
 

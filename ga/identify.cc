@@ -126,7 +126,13 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   const LeastSquaresResult& s = fit.solution;
   const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(space.size());
   fit.effective_samples = effective_samples(s.residual, blocks);
-  const double variance = std::max(s.sum_of_squares, 1e-300) / std::max(n - p, 1.0);
+  // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
+  const auto& channels = problem.experiment().channels;
+  bool stated = !std::holds_alternative<InverseDynamics>(problem.experiment().prediction);
+  for (std::size_t c = 0; stated && c < channels.size(); ++c) {
+    stated = channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
+  }
+  const double variance = std::max(s.sum_of_squares / std::max(n - p, 1.0), stated ? 1.0 : 1e-300);
   fit.identifiability = identifiability(space, s.point, s.jacobian, variance, fit.effective_samples / n);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {

@@ -50,8 +50,8 @@ struct Experiment {
   std::vector<double> command_rms, speed_rms, position_rms;
 };
 
-/// Cuts the scenario's recordings. Throws InputError where a joint has no position, no role `train` is present, or a
-/// recording is shorter than ten samples or than the horizon.
+/// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is shorter
+/// than ten samples or than the horizon.
 Experiment make_experiment(const Scenario& scenario);
 
 /// Start of a piece of a signal: value and slope at time[at], by the widest local polynomial (constant, line, parabola)

@@ -84,7 +84,8 @@ bool inside(const fs::path& folder, const fs::path& path) {
   std::error_code error;
   const fs::path root = fs::canonical(folder.empty() ? fs::path(".") : folder, error);
   if (error) return false;
-  const fs::path target = fs::weakly_canonical(path, error);
+  // Made absolute first: what does not exist stays relative otherwise, and is inside nothing.
+  const fs::path target = fs::weakly_canonical(fs::absolute(path), error);
   if (error) return false;
   const auto [end, unused] = std::mismatch(root.begin(), root.end(), target.begin(), target.end());
   return end == root.end();
