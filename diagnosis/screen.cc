@@ -1,8 +1,13 @@
 #include "diagnosis/screen.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
+
+#include "physics/effects/table.h"
 
 namespace lacuna {
 namespace {
@@ -12,7 +17,9 @@ constexpr double kWidest = 1e3;
 constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
-constexpr double kDamping = 1e-6;  ///< of Gauss-Newton, relative to the normal matrix' diagonal
+constexpr int kStartsKept = 2;       ///< of every effect, place and variant, after the first look
+constexpr std::size_t kChains = 40;  ///< starts that are re-identified; and the best one of every effect
+constexpr double kDamping = 1e-6;    ///< of Gauss-Newton, relative to the normal matrix' diagonal
 
 /// One start of one effect at one place on its way.
 struct Chain {
@@ -25,7 +32,35 @@ struct Chain {
   std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> updates;  ///< Broyden: J += a b^T
   Eigen::VectorXd tried;                                             ///< next x
   double step_scale = 1.0;
+  double promise = HUGE_VAL;  ///< residual energy expected after the first step
   bool alive = true;
+};
+
+/// What the plain parameters can take up, to first order, projected off.
+class Projector {
+ public:
+  explicit Projector(const Eigen::MatrixXd& jacobian) {
+    Eigen::MatrixXd scaled = jacobian;
+    for (Eigen::Index a = 0; a < scaled.cols(); ++a) scaled.col(a) /= std::max(scaled.col(a).norm(), 1e-300);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
+    basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), qr.rank());
+  }
+
+  /// Energy of `residual` after the best step of plain parameters and own ones (within `room`), to first order.
+  double left_over(const Eigen::VectorXd& residual, const Eigen::MatrixXd& own, const Eigen::MatrixX2d& room) const {
+    const Eigen::VectorXd r = residual - basis_ * (basis_.transpose() * residual);
+    const Eigen::MatrixXd G = own - basis_ * (basis_.transpose() * own);
+    Eigen::MatrixXd normal = G.transpose() * G;
+    normal.diagonal() *= 1.0 + kDamping;
+    normal.diagonal().array() += 1e-300;
+    const Eigen::VectorXd step =
+        normal.ldlt().solve(-(G.transpose() * r).eval()).cwiseMax(room.col(0)).cwiseMin(room.col(1));
+    if (!step.allFinite()) return HUGE_VAL;
+    return std::min(r.squaredNorm(), (r + G * step).squaredNorm());
+  }
+
+ private:
+  Eigen::MatrixXd basis_;  ///< orthonormal columns
 };
 
 /// All starts of one effect, in a model that holds it at every place at its neutral value.
@@ -48,16 +83,45 @@ class EffectScreen {
     }
   }
 
-  std::vector<ScreenedEffect> run() {
+  /// First look: every start, linearised. Keeps the most promising starts of every place and variant.
+  void look(const Projector& projector) {
     begin();
+    for (Chain& chain : chains_) {
+      chain.promise =
+          chain.alive ? projector.left_over(chain.residual, chain.own_columns, own_bounds(chain)) : HUGE_VAL;
+    }
+    std::stable_sort(chains_.begin(), chains_.end(),
+                     [](const Chain& a, const Chain& b) { return a.promise < b.promise; });
+    std::map<std::pair<int, bool>, int> kept;
+    std::erase_if(chains_, [&](const Chain& chain) {
+      return !chain.alive || ++kept[{chain.component, chain.refined}] > kStartsKept;
+    });
+  }
+  /// Residual energy that each surviving start promises to leave.
+  std::vector<double> promises() const {
+    std::vector<double> out;
+    for (const Chain& chain : chains_) out.push_back(chain.promise);
+    return out;
+  }
+  /// Drops starts that promise no less than `limit`, but for the best one.
+  void drop_above(double limit) {
+    for (std::size_t k = chains_.size(); k-- > 1;) {
+      if (chains_[k].promise >= limit) chains_.erase(chains_.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+  }
+
+  /// Second look: the surviving starts re-identified with all parameters.
+  std::vector<ScreenedEffect> run() {
     for (int step = 0; step < options_.steps; ++step) {
       propose();
       judge();
     }
     std::vector<ScreenedEffect> out;
     for (std::size_t k = 0; k < specs_.size(); ++k) {
-      out.push_back(best_of(k, false));
-      if (has_optional()) out.push_back(best_of(k, true));
+      for (const bool refined : {false, true}) {
+        ScreenedEffect best = best_of(k, refined);
+        if (std::isfinite(best.sum_of_squares)) out.push_back(std::move(best));
+      }
     }
     return out;
   }
@@ -91,7 +155,7 @@ class EffectScreen {
       for (const auto& start : starts) {
         for (const double factor : info.starts) {
           grown.push_back(start);
-          const double value = factor * size;
+          const double value = typical_origin(info.scale, experiment_, c.joint) + factor * size;
           grown.back().push_back(info.coordinate == Coordinate::inverse ? 1.0 / value : value);
         }
       }
@@ -154,6 +218,16 @@ class EffectScreen {
         chain.alive = chain.alive && chain.own_columns.col(column).allFinite();
       }
     }
+  }
+
+  /// Room of a chain's own coordinates for a step: lower and upper, one column each.
+  Eigen::MatrixX2d own_bounds(const Chain& chain) const {
+    Eigen::MatrixX2d out(static_cast<Eigen::Index>(chain.axes.size()), 2);
+    for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+      const double own = chain.x(base_ + static_cast<Eigen::Index>(p));
+      out.row(static_cast<Eigen::Index>(p)) << chain.axes[p].lower - own, chain.axes[p].upper - own;
+    }
+    return out;
   }
 
   Eigen::MatrixXd sensitivities(const Chain& chain) const {
@@ -263,16 +337,26 @@ bool moves_under_command(const Experiment& experiment, int joint) {
   return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
 }
 
-/// Places where the effect can show: driven joints for what acts on the command, all joints with an actuator otherwise.
+/// Whether an effect can act at joint j at all: on a command or an actuator where there is one, on a motion where it is
+/// measured and moves, on a reading where positions are predicted.
+bool can_act(const Hooks<double>& hooks, const CurrentModel& current, const Experiment& experiment, int j) {
+  const bool driven =
+      current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
+  if (hooks.command != nullptr || hooks.delay != nullptr) return driven;
+  if (hooks.sense != nullptr && std::holds_alternative<InverseDynamics>(experiment.prediction)) return false;
+  return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
+}
+
+/// Places where the effect can show.
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
   std::vector<EffectSpec> out;
+  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
   if (info.where == Where::arm) {
     out.push_back({info.name, "arm", {}, {}, info.name});
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
-      const bool driven =
-          current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
-      if (driven) out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
+      if (!can_act(hooks, current, experiment, j)) continue;
+      out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
     }
   }
   std::erase_if(out, [&](const EffectSpec& s) { return current.model.find_effect_at(s.effect, s.place) >= 0; });
@@ -359,23 +443,36 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
 std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
                                            const ScreenOptions& options) {
   const std::vector<int> train = experiment.with_role(Role::train);
-  std::vector<ScreenedEffect> out;
+  const Projector projector(current.fit.jacobian);
+  std::vector<std::unique_ptr<EffectScreen>> screens;
+  auto look = [&](std::vector<EffectSpec> specs) {
+    screens.push_back(std::make_unique<EffectScreen>(current, experiment, options, std::move(specs), train));
+    screens.back()->look(projector);
+  };
   const auto& table = effect_table();
   for (std::size_t e = 0; e < table.size(); ++e) {
-    if (options.progress) options.progress(static_cast<double>(e) / static_cast<double>(table.size()));
+    if (options.progress) options.progress(0.6 * static_cast<double>(e) / static_cast<double>(table.size()));
     const std::vector<EffectSpec> specs = places_of(table[e], current, experiment);
     if (specs.empty()) continue;
-    for (ScreenedEffect& found : EffectScreen(current, experiment, options, specs, train).run()) {
-      if (std::isfinite(found.sum_of_squares)) out.push_back(std::move(found));
-    }
+    look(specs);
     if (!table[e].per_recording) continue;
     for (EffectSpec partial : specs) {
       partial.recordings = likely_recordings(current, experiment, options, partial);
-      if (partial.recordings.empty()) continue;
-      for (ScreenedEffect& found : EffectScreen(current, experiment, options, {partial}, train).run()) {
-        if (std::isfinite(found.sum_of_squares)) out.push_back(std::move(found));
-      }
+      if (!partial.recordings.empty()) look({partial});
     }
+  }
+  std::vector<double> promises;
+  for (const auto& screen : screens) {
+    for (const double promise : screen->promises()) promises.push_back(promise);
+  }
+  std::sort(promises.begin(), promises.end());
+  const double limit = promises.size() > kChains ? promises[kChains] : HUGE_VAL;
+  std::vector<ScreenedEffect> out;
+  for (std::size_t k = 0; k < screens.size(); ++k) {
+    if (options.progress) options.progress(0.6 + 0.4 * static_cast<double>(k) / static_cast<double>(screens.size()));
+    screens[k]->drop_above(limit);
+    for (ScreenedEffect& found : screens[k]->run()) out.push_back(std::move(found));
+    screens[k].reset();  // its sensitivities are large
   }
   return out;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "scenarios/error.h"
 
@@ -150,14 +151,28 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   const Component& actuator = model.actuators()[j];
   const double gain = actuator.type < 0 ? 1.0 : std::fabs(values[static_cast<std::size_t>(actuator.first)]);
   auto positive = [](double x) { return x > 0.0 && std::isfinite(x) ? x : 1.0; };
+  double command = experiment.command_rms[j];
+  if (joint < 0) command = std::accumulate(experiment.command_rms.begin(), experiment.command_rms.end(), 0.0);
+  const double effort = positive(gain * experiment.command_rms[j]);
+  const double position = positive(experiment.position_rms[j]), velocity = positive(experiment.speed_rms[j]);
   switch (scale) {
-    case Scale::command: return positive(experiment.command_rms[j]);
-    case Scale::effort: return positive(gain * experiment.command_rms[j]);
-    case Scale::velocity: return positive(experiment.speed_rms[j]);
-    case Scale::position: return positive(experiment.position_rms[j]);
+    case Scale::command: return positive(command);
+    case Scale::effort: return effort;
+    case Scale::velocity: return velocity;
+    case Scale::position: return position;
+    case Scale::reach: return positive(experiment.position_reach[j]);
+    case Scale::span: return positive(experiment.span);
     case Scale::mass: return model.robot().moving_mass();
+    case Scale::stiffness: return effort / position;
+    case Scale::drag: return effort / (velocity * velocity);
+    case Scale::hardening: return effort / (position * position * position);
+    case Scale::inertia: return effort * position / (velocity * velocity);
     default: return 1.0;
   }
+}
+
+double typical_origin(Scale scale, const Experiment& experiment, int joint) {
+  return scale == Scale::reach && joint >= 0 ? experiment.position_middle[static_cast<std::size_t>(joint)] : 0.0;
 }
 
 }  // namespace lacuna

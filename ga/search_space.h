@@ -59,5 +59,7 @@ class SearchSpace {
 /// effect's parameter is measured in. Taken from the train recordings and the model's start values.
 double typical_size(Scale scale, const PlantModel& model, const Experiment& experiment, int joint,
                     std::span<const double> values);
+/// What a typical size is counted from: the middle of the range travelled for `reach`, else zero.
+double typical_origin(Scale scale, const Experiment& experiment, int joint);
 
 }  // namespace lacuna

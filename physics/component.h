@@ -2,7 +2,11 @@
 //
 // A component is a struct with a static `info()` and the static member templates it needs, written over the scalar type
 // T (`double` or a SIMD pack, backends/featherstone/scalar.h) and therefore branch-free: use select(), min(), max().
-// `p` points at the component's parameters in the order of its info, `s.z` at its own states.
+// `p` points at the component's parameters in the order of its info, `s.z` at its own states, `s.m` at its memories.
+//
+// States have rates and are integrated with the motion. Memories are carried from step to step in closed form: what play,
+// bristles and first-order lags remember is known exactly, or to second order, at any instant within a step, however
+// short their time is beside it.
 #pragma once
 
 #include <cmath>
@@ -21,13 +25,31 @@ struct JointView {
   T u = T(0.0);                 ///< V, command as it reaches this component
   const T* actuator = nullptr;  ///< parameters of the joint's actuator
   const T* z = nullptr;         ///< the component's own states
+  const T* m = nullptr;         ///< the component's own memories at this instant
+  T demand = T(0.0);            ///< V, sum of |command| over the arm's joints
+  T drive = T(0.0);             ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
 /// Search coordinate of a parameter whose neutral value lies at infinity: optimisers see its inverse.
 enum class Coordinate { linear, inverse };
 
 /// What a typical size of a parameter is measured in; the experiment supplies the value (ga/search_space.h).
-enum class Scale { ratio, command, effort, time, mass, velocity, position };
+enum class Scale {
+  ratio,      ///< 1
+  command,    ///< V
+  effort,     ///< N m: gain times command
+  time,       ///< 1 s
+  span,       ///< s, length of a recording
+  mass,       ///< kg, all moving links
+  velocity,   ///< rad/s
+  position,   ///< rad, rms about the mean
+  reach,      ///< rad, half the range travelled, counted from its middle
+  stiffness,  ///< N m/rad: effort over position
+  drag,       ///< N m s^2/rad^2: effort over velocity squared
+  hardening,  ///< N m/rad^3: effort over position cubed
+  inertia     ///< kg m^2: effort over the acceleration velocity^2/position
+};
 
 struct ParameterInfo {
   const char* name;
@@ -52,11 +74,25 @@ struct Hooks {
   T (*rate)(const T* p, const JointView<T>& s) = nullptr;  ///< derivative of the component's one state
   /// State at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
   T (*initial)(const T* p, const JointView<T>& s, const T& holding) = nullptr;
-  /// Mass properties changed, per body (one lane at a time: done once for a simulation, not once a step).
+  /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the start
+  /// of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
+  void (*remember)(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) = nullptr;
+  void (*begin)(const T* p, const JointView<T>& s, T* now) = nullptr;  ///< memories at the start of a simulation
+  int memories = 0;
+  bool loaded = false;  ///< dry_friction looks at s.drive
+  /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
+  void (*sense)(const T* p, const std::vector<double>& time, T* q, std::size_t stride) = nullptr;
+  T (*unsense)(const T* p, const T& q) = nullptr;  ///< position behind a reading at rest
+  // One lane at a time, once for a simulation:
+  /// Mass properties changed, per body.
   void (*inertials)(const double* p, const Robot& robot, int joint, std::vector<Inertial>& bodies) = nullptr;
+  double (*armature)(const double* p) = nullptr;                                        ///< kg m^2 (kg) at the joint
+  Eigen::Vector3d (*gravity)(const double* p, const Eigen::Vector3d& plain) = nullptr;  ///< m/s^2, base frame
 
   int states() const { return rate != nullptr ? 1 : 0; }
 };
+
+inline constexpr int kMostMemories = 2;  ///< of one component
 
 /// Fills the hooks that component C defines.
 template <class C, class T>
@@ -68,7 +104,15 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template delay<T>; }) h.delay = &C::template delay<T>;
   if constexpr (requires { &C::template rate<T>; }) h.rate = &C::template rate<T>;
   if constexpr (requires { &C::template initial<T>; }) h.initial = &C::template initial<T>;
+  if constexpr (requires { &C::template remember<T>; }) h.remember = &C::template remember<T>;
+  if constexpr (requires { &C::template begin<T>; }) h.begin = &C::template begin<T>;
+  if constexpr (requires { C::memories; }) h.memories = C::memories;
+  if constexpr (requires { C::loaded; }) h.loaded = C::loaded;
+  if constexpr (requires { &C::template sense<T>; }) h.sense = &C::template sense<T>;
+  if constexpr (requires { &C::template unsense<T>; }) h.unsense = &C::template unsense<T>;
   if constexpr (requires { &C::inertials; }) h.inertials = &C::inertials;
+  if constexpr (requires { &C::armature; }) h.armature = &C::armature;
+  if constexpr (requires { &C::gravity; }) h.gravity = &C::gravity;
   return h;
 }
 

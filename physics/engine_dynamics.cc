@@ -5,13 +5,15 @@
 
 namespace lacuna {
 
-EngineDynamics::EngineDynamics(std::unique_ptr<Dynamics> dynamics) : dynamics_(std::move(dynamics)) {}
+EngineDynamics::EngineDynamics(std::unique_ptr<Dynamics> dynamics)
+    : dynamics_(std::move(dynamics)), armature_(Eigen::VectorXd::Zero(dynamics_->dof())) {}
 
 void EngineDynamics::forward_dynamics(const double* q, const double* v, const double* tau, const double* free,
                                       double* a, double* imbalance) {
   const std::size_t n = static_cast<std::size_t>(dynamics_->dof());
   dynamics_->forward_dynamics({q, n}, {v, n}, {tau, n}, {a, n});
-  if (std::all_of(free, free + n, [](double f) { return f != 0.0; })) {
+  const bool reflected = armature_.any();
+  if (!reflected && std::all_of(free, free + n, [](double f) { return f != 0.0; })) {
     std::fill(imbalance, imbalance + n, 0.0);
     return;
   }
@@ -19,6 +21,7 @@ void EngineDynamics::forward_dynamics(const double* q, const double* v, const do
   // (tau - h)_H - M_HF a_F.
   dynamics_->mass_matrix({q, n}, mass_);
   const Eigen::VectorXd net = mass_ * Eigen::Map<const Eigen::VectorXd>(a, dynamics_->dof());
+  mass_.diagonal() += armature_;
   std::vector<Eigen::Index> moving;
   for (std::size_t i = 0; i < n; ++i) {
     if (free[i] != 0.0) moving.push_back(static_cast<Eigen::Index>(i));
@@ -39,6 +42,7 @@ void EngineDynamics::forward_dynamics(const double* q, const double* v, const do
 void EngineDynamics::inverse_dynamics(const double* q, const double* v, const double* a, double* tau) {
   const std::size_t n = static_cast<std::size_t>(dynamics_->dof());
   dynamics_->inverse_dynamics({q, n}, {v, n}, {a, n}, {tau, n});
+  for (std::size_t i = 0; i < n; ++i) tau[i] += armature_(static_cast<Eigen::Index>(i)) * a[i];
 }
 
 }  // namespace lacuna

@@ -12,6 +12,7 @@ class EngineDynamics {
   explicit EngineDynamics(std::unique_ptr<Dynamics> dynamics);
 
   void set_inertial(int body, int, const Inertial& inertial) { dynamics_->set_inertial(body, inertial); }
+  void set_armature(int joint, int, double inertia) { armature_(joint) = inertia; }
   void set_gravity(int, const Eigen::Vector3d& gravity) { dynamics_->set_gravity(gravity); }
 
   /// As Tree::forward_dynamics: a = 0 where free is 0, and imbalance there is the effort that the holder takes up.
@@ -22,6 +23,7 @@ class EngineDynamics {
  private:
   std::unique_ptr<Dynamics> dynamics_;
   Eigen::MatrixXd mass_;
+  Eigen::VectorXd armature_;  ///< kg m^2 (kg), added to the mass matrix' diagonal: no engine needs to know it
 };
 
 }  // namespace lacuna

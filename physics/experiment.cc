@@ -174,7 +174,7 @@ void add_segments(const Scenario& scenario, int index, const Cut& piece, Experim
 /// rms about zero (commands) or about the mean (positions) over the train recordings.
 void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Experiment& out) {
   for (int j = 0; j < scenario.robot->dof(); ++j) {
-    double u2 = 0, q2 = 0, v2 = 0, q_sum = 0;
+    double u2 = 0, q2 = 0, v2 = 0, q_sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
     std::size_t n_u = 0, n_q = 0, n_v = 0;
     const int c = find_channel(out.channels, ChannelKind::position, j);
     for (std::size_t r = 0; r < cuts.size(); ++r) {
@@ -187,12 +187,15 @@ void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Exper
       for (std::size_t i = 0; i < q.size(); ++i) {
         if (!std::isfinite(q[i])) continue;
         q2 += q[i] * q[i], q_sum += q[i], ++n_q;
+        low = std::min(low, q[i]), high = std::max(high, q[i]);
         if (i < stride || i % stride != 0 || !std::isfinite(q[i - stride])) continue;
         const double v = (q[i] - q[i - stride]) / (t[i] - t[i - stride]);
         v2 += v * v, ++n_v;
       }
     }
     const double mean = n_q > 0 ? q_sum / static_cast<double>(n_q) : 0.0;
+    out.position_middle.push_back(n_q > 0 ? 0.5 * (low + high) : 0.0);
+    out.position_reach.push_back(n_q > 0 ? 0.5 * (high - low) : 0.0);
     out.command_rms.push_back(n_u > 0 ? std::sqrt(u2 / static_cast<double>(n_u)) : 0.0);
     out.position_rms.push_back(n_q > 0 ? std::sqrt(std::max(0.0, q2 / static_cast<double>(n_q) - mean * mean)) : 0.0);
     out.speed_rms.push_back(n_v > 0 ? std::sqrt(v2 / static_cast<double>(n_v)) : 0.0);
@@ -321,6 +324,7 @@ Experiment make_experiment(const Scenario& scenario) {
   estimate_noise(out.channels, cuts);
   for (std::size_t r = 0; r < cuts.size(); ++r) add_segments(scenario, static_cast<int>(r), cuts[r], out);
   measure_sizes(scenario, cuts, out);
+  for (const Cut& piece : cuts) out.span = std::max(out.span, piece.track->time.back());
   return out;
 }
 

@@ -48,6 +48,8 @@ struct Experiment {
   std::size_t sample_count(Role role) const;    ///< measured values, all channels
   /// rms of the command and of the measured positions' speed per joint (train recordings): sizes for searches.
   std::vector<double> command_rms, speed_rms, position_rms;
+  std::vector<double> position_middle, position_reach;  ///< middle and half of the range travelled (train)
+  double span = 0.0;                                    ///< s, longest recording
 };
 
 /// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is shorter

@@ -1,10 +1,12 @@
 // A plant ready to run: actuators and effects around a rigid-body dynamics, over one scalar type.
 //
-// `Dyn` gives set_inertial(body, lane, Inertial), set_gravity(lane, g), forward_dynamics(q, v, tau, free, a, imbalance)
+// `Dyn` gives set_inertial(body, lane, Inertial), set_armature(joint, lane, value), set_gravity(lane, g), forward_dynamics(q, v, tau, free, a, imbalance)
 // and inverse_dynamics(q, v, a, tau): Tree<T> (Featherstone, any lanes) or EngineDynamics (any engine, one lane).
 #pragma once
 
+#include <algorithm>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "physics/actuators/table.h"
@@ -12,6 +14,14 @@
 #include "physics/plant_model.h"
 
 namespace lacuna {
+
+/// When a plant is asked for its efforts.
+template <class T>
+struct Instant {
+  T t = T(0.0);       ///< s, from the start of the recording
+  T since = T(0.0);   ///< s, since the start of the step, to which the memories belong
+  T demand = T(0.0);  ///< V, sum of |command| over the joints
+};
 
 template <class T, class Dyn>
 class Plant {
@@ -24,17 +34,21 @@ class Plant {
       if (c.type < 0) continue;
       add(joints_[static_cast<std::size_t>(c.joint)].actuator, c, Actuators::hooks<T>());
     }
-    // In the catalogue's order, however the scenario lists them.
+    // In the catalogue's order, however the scenario lists them. What acts on the whole arm acts on each of its joints.
     for (int type = 0; type < static_cast<int>(Effects::hooks<T>().size()); ++type) {
       for (const Component& c : model.effects()) {
-        if (c.joint < 0 || c.type != type) continue;
-        add(joints_[static_cast<std::size_t>(c.joint)].effects, c, Effects::hooks<T>());
+        if (c.type != type) continue;
+        for (int j = 0; j < model.dof(); ++j) {
+          if (c.joint < 0 || c.joint == j) add(joints_[static_cast<std::size_t>(j)].effects, c, Effects::hooks<T>());
+        }
       }
     }
+    for (int j = 0; j < model.dof(); ++j) name_actuator_parameters(joints_[static_cast<std::size_t>(j)], j);
   }
 
   int dof() const { return model_->dof(); }
   int states() const { return states_; }
+  int memories() const { return memories_; }
   Dyn& dynamics() { return dynamics_; }
 
   /// Puts one parameter vector into one lane.
@@ -42,7 +56,9 @@ class Plant {
     for (std::size_t i = 0; i < parameters_.size(); ++i) set_lane(parameters_[i], k, values[i]);
     const std::vector<Inertial> inertials = model_->inertials(values);
     for (int i = 0; i < dof(); ++i) dynamics_.set_inertial(i, k, inertials[static_cast<std::size_t>(i)]);
-    dynamics_.set_gravity(k, model_->gravity());
+    const std::vector<double> armatures = model_->armatures(values);
+    for (int i = 0; i < dof(); ++i) dynamics_.set_armature(i, k, armatures[static_cast<std::size_t>(i)]);
+    dynamics_.set_gravity(k, model_->gravity(values));
   }
 
   /// s, how late the command of joint j arrives; `delayed(j)` says whether any component delays it at all.
@@ -60,39 +76,68 @@ class Plant {
     return sum;
   }
 
-  /// Smooth effort on joint j and the rates of its states; `u` the command that has arrived.
-  T effort(int j, const T& t, const T& q, const T& v, const T& u, const T* z, T* z_rate) const {
-    const JointParts& parts = joint(j);
-    JointView<T> s = view(parts, t, q, v, u);
-    for (const Bound& c : parts.effects) {
-      if (c.hooks->command != nullptr) s.u = c.hooks->command(&parameters_[c.first], s);
-    }
-    T tau(0.0);
-    auto collect = [&](const Bound& c) {
-      s.z = z + c.state;
-      if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
-      if (c.hooks->rate != nullptr && z_rate != nullptr) z_rate[c.state] = c.hooks->rate(&parameters_[c.first], s);
-    };
-    for (const Bound& c : parts.actuator) collect(c);
-    for (const Bound& c : parts.effects) collect(c);
-    return tau;
+  /// Smooth effort on joint j at `now`; `u` the command that has arrived. `z` all states, `m` all memories at the start of
+  /// the step; where not null, `z_rate` takes the states' rates and `m_now` the memories of joint j at this instant.
+  T effort(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m, T* z_rate,
+           T* m_now) {
+    JointView<T> s = view(joint(j), now, q, v, u);
+    pass_command(j, now, m, m_now, s);
+    return effort_of(j, now, s, z, m, z_rate, m_now);
+  }
+  /// The same in two parts: what the command does, and what would act without it.
+  void effort_parts(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m, T& driven,
+                    T& passive) {
+    JointView<T> s = view(joint(j), now, q, v, u);
+    pass_command(j, now, m, nullptr, s);
+    driven = effort_of(j, now, s, z, m, nullptr, nullptr);
+    s.u = T(0.0);
+    passive = effort_of(j, now, s, z, m, nullptr, nullptr);
+    driven = driven - passive;
   }
 
   bool has_dry_friction(int j) const {
-    for (const Bound& c : joint(j).effects) {
-      if (c.hooks->dry_friction != nullptr) return true;
-    }
-    return false;
+    return any_effect(j, [](const Hooks<T>& h) { return h.dry_friction != nullptr; });
+  }
+  /// Whether joint j's dry friction depends on the effort that `effort` gave last.
+  bool is_loaded(int j) const {
+    return any_effect(j, [](const Hooks<T>& h) { return h.loaded; });
   }
   /// Magnitude of dry friction at sliding speed `speed` >= 0 (N m or N); at 0 the break-away effort.
-  T dry_friction(int j, const T& t, const T& q, const T& speed, const T& u) const {
+  T dry_friction(int j, const Instant<T>& now, const T& q, const T& speed, const T& u) const {
     const JointParts& parts = joint(j);
-    const JointView<T> s = view(parts, t, q, speed, u);
+    JointView<T> s = view(parts, now, q, speed, u);
+    s.drive = parts.drive;
     T sum(0.0);
     for (const Bound& c : parts.effects) {
       if (c.hooks->dry_friction != nullptr) sum = sum + c.hooks->dry_friction(&parameters_[c.first], speed, s);
     }
     return sum;
+  }
+
+  /// Memories at the start of a simulation.
+  void begin_memories(const Instant<T>& now, const T* q, const T* v, const T* u, T* m) const {
+    for (int j = 0; j < dof(); ++j) {
+      const JointParts& parts = joint(j);
+      const JointView<T> s = view(parts, now, q[j], v[j], u[j]);
+      for (const Bound& c : parts.effects) {
+        if (c.hooks->begin != nullptr) c.hooks->begin(&parameters_[c.first], s, m + c.memory);
+      }
+    }
+  }
+
+  /// What joint j's transducer makes of its positions at `time`, in place.
+  void sense(int j, const std::vector<double>& time, T* q, std::size_t stride) const {
+    for (const Bound& c : joint(j).effects) {
+      if (c.hooks->sense != nullptr) c.hooks->sense(&parameters_[c.first], time, q, stride);
+    }
+  }
+  /// Position behind a reading at rest.
+  T unsensed(int j, T q) const {
+    const std::vector<Bound>& effects = joint(j).effects;
+    for (auto c = effects.rbegin(); c != effects.rend(); ++c) {
+      if (c->hooks->unsense != nullptr) q = c->hooks->unsense(&parameters_[c->first], q);
+    }
+    return q;
   }
 
   /// States at the start of a simulation at rest or in motion at (q, v) under commands u.
@@ -103,7 +148,7 @@ class Plant {
     for (int j = 0; j < dof(); ++j) {
       const std::size_t i = static_cast<std::size_t>(j);
       const JointParts& parts = joint(j);
-      const JointView<T> s = view(parts, T(0.0), q[i], v[i], u[i]);
+      const JointView<T> s = view(parts, {}, q[i], v[i], u[i]);
       auto start = [&](const Bound& c) {
         if (c.hooks->states() == 0) return;
         z[c.state] = c.hooks->initial != nullptr ? c.hooks->initial(&parameters_[c.first], s, holding[i]) : T(0.0);
@@ -123,28 +168,85 @@ class Plant {
   struct Bound {
     const Hooks<T>* hooks;
     std::size_t first;  ///< parameters
-    int state;          ///< offset of its states
+    int state, memory;  ///< offsets of its states and memories
   };
   struct JointParts {
     std::vector<Bound> actuator, effects;
+    int damping = -1, stiffness = -1, rest = -1;  ///< parameters of the actuator
+    T drive = T(0.0);                             ///< N m or N, the actuator's effort as last asked for
   };
 
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
     const Hooks<T>& hooks = table[static_cast<std::size_t>(c.type)];
-    to.push_back({&hooks, static_cast<std::size_t>(c.first), states_});
+    to.push_back({&hooks, static_cast<std::size_t>(c.first), states_, memories_});
     states_ += hooks.states();
+    memories_ += hooks.memories;
   }
+  void name_actuator_parameters(JointParts& parts, int j) const {
+    const Component& c = model_->actuators()[static_cast<std::size_t>(j)];
+    for (int k = 0; k < c.count; ++k) {
+      const std::string_view name = model_->parameters()[static_cast<std::size_t>(c.first + k)].info->name;
+      if (name == "damping") parts.damping = c.first + k;
+      if (name == "stiffness") parts.stiffness = c.first + k;
+      if (name == "rest") parts.rest = c.first + k;
+    }
+  }
+
   const JointParts& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
-  JointView<T> view(const JointParts& parts, const T& t, const T& q, const T& v, const T& u) const {
-    const T* actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
-    return {t, q, v, u, actuator, nullptr};
+  template <class Test>
+  bool any_effect(int j, const Test& test) const {
+    return std::any_of(joint(j).effects.begin(), joint(j).effects.end(),
+                       [&](const Bound& c) { return test(*c.hooks); });
+  }
+  JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
+    const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
+    JointView<T> s;
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.demand = now.demand;
+    s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
+    s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
+    return s;
+  }
+
+  /// A component's memories at this instant, into `scratch` for its other hooks and into `m_now`.
+  void recall(const Bound& c, const Instant<T>& now, const T* m, T* m_now, T* scratch, JointView<T>& s) const {
+    if (c.hooks->remember == nullptr) return;
+    c.hooks->remember(&parameters_[c.first], s, now.since, m + c.memory, scratch);
+    s.m = scratch;
+    if (m_now == nullptr) return;
+    for (int k = 0; k < c.hooks->memories; ++k) m_now[c.memory + k] = scratch[k];
+  }
+
+  /// The command through all effects that act on it.
+  void pass_command(int j, const Instant<T>& now, const T* m, T* m_now, JointView<T>& s) const {
+    T scratch[kMostMemories];
+    for (const Bound& c : joint(j).effects) {
+      if (c.hooks->command == nullptr) continue;
+      recall(c, now, m, m_now, scratch, s);
+      s.u = c.hooks->command(&parameters_[c.first], s);
+    }
+  }
+
+  T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now) {
+    JointParts& parts = joints_[static_cast<std::size_t>(j)];
+    T scratch[kMostMemories];
+    T tau(0.0);
+    auto collect = [&](const Bound& c) {
+      s.z = z + c.state;
+      if (c.hooks->command == nullptr) recall(c, now, m, m_now, scratch, s);
+      if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
+      if (c.hooks->rate != nullptr && z_rate != nullptr) z_rate[c.state] = c.hooks->rate(&parameters_[c.first], s);
+    };
+    for (const Bound& c : parts.actuator) collect(c);
+    parts.drive = s.drive = tau;
+    for (const Bound& c : parts.effects) collect(c);
+    return tau;
   }
 
   const PlantModel* model_;
   Dyn dynamics_;
   std::vector<T> parameters_;
   std::vector<JointParts> joints_;
-  int states_ = 0;
+  int states_ = 0, memories_ = 0;
 };
 
 }  // namespace lacuna

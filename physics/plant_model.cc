@@ -27,8 +27,9 @@ std::string names_of_table(const std::vector<Info>& table) {
 std::string unit_for(const std::string& unit, bool prismatic) {
   if (!prismatic) return unit;
   static const std::vector<std::pair<std::string, std::string>> linear = {
-      {"N m/V", "N/V"}, {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
-      {"rad/s", "m/s"}, {"rad", "m"},           {"N m", "N"}};
+      {"N m/V", "N/V"},       {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
+      {"rad/s", "m/s"},       {"rad", "m"},           {"N m", "N"},       {"N m s^2/rad^2", "N s^2/m^2"},
+      {"N m/rad^3", "N/m^3"}, {"kg m^2", "kg"}};
   for (const auto& [angular, straight] : linear) {
     if (unit == angular) return straight;
   }
@@ -185,6 +186,25 @@ std::vector<Inertial> PlantModel::inertials(std::span<const double> values) cons
     if (hooks.inertials != nullptr) hooks.inertials(values.data() + effect.first, *robot_, effect.joint, bodies);
   }
   return bodies;
+}
+
+std::vector<double> PlantModel::armatures(std::span<const double> values) const {
+  std::vector<double> out(static_cast<std::size_t>(dof()), 0.0);
+  for (const Component& effect : effects_) {
+    const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect.type)];
+    if (hooks.armature == nullptr) continue;
+    out[static_cast<std::size_t>(effect.joint)] += hooks.armature(values.data() + effect.first);
+  }
+  return out;
+}
+
+Eigen::Vector3d PlantModel::gravity(std::span<const double> values) const {
+  Eigen::Vector3d out = gravity_;
+  for (const Component& effect : effects_) {
+    const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect.type)];
+    if (hooks.gravity != nullptr) out = hooks.gravity(values.data() + effect.first, out);
+  }
+  return out;
 }
 
 std::string PlantModel::place_name(const Component& component) const {

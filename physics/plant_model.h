@@ -65,6 +65,10 @@ class PlantModel {
 
   /// Mass properties of all bodies, URDF body frames: link masses and effects put in.
   std::vector<Inertial> inertials(std::span<const double> values) const;
+  /// kg m^2 (kg) added at each joint.
+  std::vector<double> armatures(std::span<const double> values) const;
+  /// m/s^2, base frame, effects put in.
+  Eigen::Vector3d gravity(std::span<const double> values) const;
   /// kg, one per link, from `values`.
   std::vector<double> link_masses(std::span<const double> values) const;
 

@@ -62,17 +62,25 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
     motion_of(segment.measured[c], rate, filter, q[j], v[j], a[j]);
   }
   std::vector<std::vector<T>> given(n, std::vector<T>(samples)), needed = given;
-  std::vector<T> qk(n), vk(n), ak(n), tau(n), z(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
+  std::vector<T> qk(n), vk(n), ak(n), uk(n), tau(n), z(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
+  std::vector<T> m(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
+  Instant<T> now;
   for (std::size_t k = 0; k < samples; ++k) {
-    for (std::size_t j = 0; j < n; ++j) qk[j] = T(q[j][k]), vk[j] = T(v[j][k]), ak[j] = T(a[j][k]);
+    now = {T(segment.time(k)), T(k == 0 ? 0.0 : segment.time(k) - segment.time(k - 1)), T(0.0)};
+    for (std::size_t j = 0; j < n; ++j) {
+      qk[j] = T(q[j][k]), vk[j] = T(v[j][k]), ak[j] = T(a[j][k]);
+      uk[j] = delayed_command(plant, segment, static_cast<int>(j), k);
+      now.demand = now.demand + abs(uk[j]);
+    }
+    if (k == 0) plant.begin_memories(now, qk.data(), vk.data(), uk.data(), m.data());
     plant.dynamics().inverse_dynamics(qk.data(), vk.data(), ak.data(), tau.data());
-    const T t(segment.time(k));
     for (std::size_t j = 0; j < n; ++j) {
       const int joint = static_cast<int>(j);
-      const T u = delayed_command(plant, segment, joint, k);
-      const T passive = plant.effort(joint, t, qk[j], vk[j], T(0.0), z.data(), nullptr);
-      given[j][k] = plant.effort(joint, t, qk[j], vk[j], u, z.data(), nullptr) - passive;
-      needed[j][k] = tau[j] - passive + sign(vk[j]) * plant.dry_friction(joint, t, qk[j], abs(vk[j]), u);
+      plant.effort(joint, now, qk[j], vk[j], uk[j], z.data(), m.data(), nullptr, m.data());
+      T passive(0.0);
+      const Instant<T> here{now.t, T(0.0), now.demand};  // the memories are of this sample by now
+      plant.effort_parts(joint, here, qk[j], vk[j], uk[j], z.data(), m.data(), given[j][k], passive);
+      needed[j][k] = tau[j] - passive + sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
     }
   }
   const std::size_t edge = static_cast<std::size_t>(0.5 * rate / cutoff) + 1;

@@ -31,8 +31,11 @@ class Rollout {
 
   void start(const Segment& segment);
   void advance(const Segment& segment, std::size_t sample, double max_step);
+  void sum_demand();
   void fetch_commands(const Segment& segment, std::size_t sample);
-  void derivative(const T& t, const State& x, State& dx);
+  Instant<T> instant(const T& since) const;
+  void derivative(const T& since, const State& x, State& dx);
+  void remember(const T& since);
   void decide_directions(const Mask<T>& active);
   void kutta_step(const T& h);
   T reversal(std::size_t j, const T& h) const;
@@ -40,12 +43,15 @@ class Rollout {
   T first_event(const T& h, std::vector<T>& fraction) const;
   void settle_events(const T& first, const std::vector<T>& fraction);
   T step_to_jump(const T& h) const;
+  void sense(const Segment& segment, const std::vector<Channel>& channels, std::vector<T>& out) const;
   void record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out);
 
   Plant<T, Dyn>& plant_;
   std::size_t n_, size_;
   T t_ = T(0.0);  ///< s, each lane its own
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
+  std::vector<T> memory_;  ///< of the plant, at the start of the step
+  T demand_ = T(0.0);      ///< V
   std::vector<T> u_, tau_, free_, direction_, breakaway_;
   std::vector<T> imbalance_, imbalance_at_start_, imbalance_at_middle_;  ///< effort on held joints, N m or N
   std::vector<bool> dry_;                                                ///< joints with any dry friction component

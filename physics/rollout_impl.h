@@ -16,6 +16,7 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
        {&u_, &tau_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_, &direction_, &breakaway_}) {
     w->assign(n_, T(0.0));
   }
+  memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
   free_.assign(n_, T(1.0));
   for (std::size_t j = 0; j < n_; ++j) {
     dry_[j] = plant_.has_dry_friction(static_cast<int>(j));
@@ -36,12 +37,13 @@ void Rollout<T, Dyn>::run(const Segment& segment, const std::vector<Channel>& ch
     advance(segment, k, max_step);
     record(channels, k + 1, out);
   }
+  sense(segment, channels, out);
 }
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::start(const Segment& segment) {
   for (std::size_t j = 0; j < n_; ++j) {
-    x_[j] = T(segment.q0[j]);
+    x_[j] = plant_.unsensed(static_cast<int>(j), T(segment.q0[j]));
     x_[n_ + j] = T(segment.v0[j]);
     direction_[j] = T(dry_[j] ? (segment.v0[j] > 0.0) - (segment.v0[j] < 0.0) : 0.0);
   }
@@ -52,12 +54,20 @@ void Rollout<T, Dyn>::start(const Segment& segment) {
   t_ = T(segment.time(0));
   fetch_commands(segment, 0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
+  plant_.begin_memories(instant(T(0.0)), x_.data(), x_.data() + n_, u_.data(), memory_.data());
 }
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::fetch_commands(const Segment& segment, std::size_t sample) {
   for (std::size_t j = 0; j < n_; ++j) u_[j] = T(segment.commands->value[j][segment.first + sample]);
   for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+  sum_demand();
+}
+
+template <class T, class Dyn>
+void Rollout<T, Dyn>::sum_demand() {
+  demand_ = T(0.0);
+  for (const T& u : u_) demand_ = demand_ + abs(u);
 }
 
 /// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
@@ -99,6 +109,7 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
     T h = select(active, step_to_jump(min(T(nominal), left)), T(0.0));
     h = select(left - h < close, left, h);  // no crumbs
     h = select(active, max(h, min(left, T(kShortest * nominal))), T(0.0));
+    remember(T(0.0));
     decide_directions(active);
     kutta_step(h);
     if (any_dry_ && round < most) {
@@ -111,21 +122,44 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
     }
     x_ = next_;
     t_ = select(active, t_ + h, t_);
-    for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+    remember(h);
+    if (!cursors_.empty()) {
+      for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+      sum_demand();
+    }
   }
 }
 
 template <class T, class Dyn>
-void Rollout<T, Dyn>::derivative(const T& t, const State& x, State& dx) {
+Instant<T> Rollout<T, Dyn>::instant(const T& since) const {
+  return {t_ + since, since, demand_};
+}
+
+/// Carries the memories over `since` seconds, to the present state.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::remember(const T& since) {
+  if (memory_.empty()) return;
+  // t_ and x_ stand at the end already: the instant is now, the memories are `since` old.
+  const Instant<T> now{t_, since, demand_};
+  for (std::size_t j = 0; j < n_; ++j) {
+    plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
+                  memory_.data());
+  }
+}
+
+/// Rates `since` seconds after the start of the step.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::derivative(const T& since, const State& x, State& dx) {
+  const Instant<T> now = instant(since);
   const T* q = x.data();
   const T* v = q + n_;
   for (std::size_t j = 0; j < n_; ++j) {
     const int joint = static_cast<int>(j);
     dx[j] = v[j];
-    tau_[j] = plant_.effort(joint, t, q[j], v[j], u_[j], q + 2 * n_, dx.data() + 2 * n_);
+    tau_[j] = plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
     if (!dry_[j]) continue;
     const T speed = max(v[j] * direction_[j], T(0.0));
-    tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, t, q[j], speed, u_[j]);
+    tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
   }
   plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
 }
@@ -136,7 +170,12 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
   if (any_dry_) {
     for (std::size_t j = 0; j < n_; ++j) {
       if (!dry_[j]) continue;
-      breakaway_[j] = plant_.dry_friction(static_cast<int>(j), t_, x_[j], T(0.0), u_[j]);
+      const int joint = static_cast<int>(j);
+      const Instant<T> now = instant(T(0.0));
+      if (plant_.is_loaded(joint)) {
+        plant_.effort(joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
+      }
+      breakaway_[j] = plant_.dry_friction(joint, now, x_[j], T(0.0), u_[j]);
       // Without friction the joint is as free as in the plain model; with friction it is held while it has no direction.
       const Mask<T> frictional = breakaway_[j] > T(0.0);
       const Mask<T> lost = frictional && (direction_[j] == T(0.0)) && (x_[n_ + j] != T(0.0));
@@ -144,7 +183,7 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
       free_[j] = select(frictional && (direction_[j] == T(0.0)), T(0.0), T(1.0));
     }
   }
-  derivative(t_, x_, k1_);
+  derivative(T(0.0), x_, k1_);
   if (!any_dry_) return;
   for (int round = 0; round < kDecisions; ++round) {
     bool changed = false;
@@ -161,7 +200,7 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
       changed = changed || !last || any(backs);
     }
     if (!changed) break;
-    derivative(t_, x_, k1_);
+    derivative(T(0.0), x_, k1_);
   }
   imbalance_at_start_ = imbalance_;
 }
@@ -171,12 +210,12 @@ template <class T, class Dyn>
 void Rollout<T, Dyn>::kutta_step(const T& h) {
   const T half = T(0.5) * h;
   for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + half * k1_[i];
-  derivative(t_ + half, stage_, k2_);
+  derivative(half, stage_, k2_);
   for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + half * k2_[i];
-  derivative(t_ + half, stage_, k3_);
+  derivative(half, stage_, k3_);
   if (any_dry_) imbalance_at_middle_ = imbalance_;
   for (std::size_t i = 0; i < size_; ++i) stage_[i] = x_[i] + h * k3_[i];
-  derivative(t_ + h, stage_, k4_);
+  derivative(h, stage_, k4_);
   const T sixth = h * T(1.0 / 6.0);
   for (std::size_t i = 0; i < size_; ++i) {
     next_[i] = x_[i] + sixth * (k1_[i] + T(2.0) * (k2_[i] + k3_[i]) + k4_[i]);
@@ -257,10 +296,21 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
     switch (channels[c].kind) {
       case ChannelKind::velocity: value = x_[n_ + j]; break;
       case ChannelKind::effort:
-        value = plant_.effort(channels[c].joint, t_, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, nullptr);
+        value = plant_.effort(channels[c].joint, instant(T(0.0)), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
+                              memory_.data(), nullptr, nullptr);
         break;
       default: value = x_[j];
     }
+  }
+}
+
+/// Positions as their transducers give them.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::sense(const Segment& segment, const std::vector<Channel>& channels, std::vector<T>& out) const {
+  std::vector<double> time(segment.count);
+  for (std::size_t k = 0; k < time.size(); ++k) time[k] = segment.time(k);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].kind == ChannelKind::position) plant_.sense(channels[c].joint, time, &out[c], channels.size());
   }
 }
 

@@ -33,6 +33,8 @@ class Tree {
 
   /// Mass properties of one lane, given in the body's URDF frame.
   void set_inertial(int body, int lane_index, const Inertial& inertial);
+  /// Inertia reflected to a joint by what turns with its motor, kg m^2 (kg): added to that joint's own acceleration only.
+  void set_armature(int joint, int lane_index, double inertia);
   void set_gravity(int lane_index, const Eigen::Vector3d& gravity);
 
   /// Articulated-body algorithm. `free[i]` is 1 where joint i moves and 0 where it is held: then a[i] = 0 and
@@ -59,6 +61,7 @@ class Tree {
     Eigen::Matrix3d rest;   ///< kernel frame of this body <- of the parent, at q = 0
     Eigen::Vector3d place;  ///< m, joint origin in the parent's kernel frame
     BodyMass<T> mass;
+    T armature = T(0.0);
     // Scratch of one evaluation, all in this body's kernel frame:
     Mat3<T> from_parent;         ///< rotation, this <- parent
     Vec3<T> origin;              ///< m, this origin in the parent's frame

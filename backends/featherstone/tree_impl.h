@@ -40,6 +40,11 @@ void Tree<T>::set_inertial(int index, int k, const Inertial& inertial) {
 }
 
 template <class T>
+void Tree<T>::set_armature(int joint, int k, double inertia) {
+  set_lane(bodies_[static_cast<std::size_t>(joint)].armature, k, inertia);
+}
+
+template <class T>
 void Tree<T>::set_gravity(int k, const Eigen::Vector3d& gravity) {
   set_lane(gravity_.x, k, gravity.x());
   set_lane(gravity_.y, k, gravity.y());
@@ -92,12 +97,12 @@ void Tree<T>::eliminate_joint(Body& body, const T& tau, const T& free) {
   if (body.prismatic) {
     body.u_ang = {body.B.r0.z, body.B.r1.z, body.B.r2.z};
     body.u_lin = {body.C.xz, body.C.yz, body.C.zz};
-    body.d_inv = free / body.C.zz;
+    body.d_inv = free / (body.C.zz + body.armature);
     body.u = tau - body.force.z;
   } else {
     body.u_ang = {body.A.xz, body.A.yz, body.A.zz};
     body.u_lin = body.B.r2;
-    body.d_inv = free / body.A.zz;
+    body.d_inv = free / (body.A.zz + body.armature);
     body.u = tau - body.moment.z;
   }
 }
@@ -183,7 +188,7 @@ void Tree<T>::inverse_dynamics(const T* q, const T* v, const T* a, T* tau) {
   }
   for (std::size_t i = n; i-- > 0;) {
     const Body& body = bodies_[i];
-    tau[i] = body.prismatic ? body.force.z : body.moment.z;
+    tau[i] = (body.prismatic ? body.force.z : body.moment.z) + body.armature * a[i];
     if (body.parent < 0) continue;
     Body& parent = bodies_[static_cast<std::size_t>(body.parent)];
     const Vec3<T> f = transposed_times(body.from_parent, body.force);
@@ -210,7 +215,7 @@ void Tree<T>::mass_matrix(const T* q, T* mass) {
                                     : Vec3<T>{body.A.xz, body.A.yz, body.A.zz};
     Vec3<T> force =
         body.prismatic ? Vec3<T>{T(0.0), T(0.0), body.u} : Vec3<T>{T(0.0) - body.force.y, body.force.x, T(0.0)};
-    mass[i * n + i] = body.prismatic ? force.z : moment.z;
+    mass[i * n + i] = (body.prismatic ? force.z : moment.z) + body.armature;
     for (std::size_t j = i; bodies_[j].parent >= 0;) {
       force = transposed_times(bodies_[j].from_parent, force);
       moment = transposed_times(bodies_[j].from_parent, moment) + cross(bodies_[j].origin, force);

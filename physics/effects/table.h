@@ -1,17 +1,42 @@
-// The catalogue: one file and one entry here per effect. Command effects act in this order.
+// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on a reading too.
 #pragma once
 
+#include "physics/effects/actuator_lag.h"
 #include "physics/effects/actuator_saturation.h"
+#include "physics/effects/armature.h"
+#include "physics/effects/backlash.h"
+#include "physics/effects/base_tilt.h"
+#include "physics/effects/com_shift.h"
 #include "physics/effects/coulomb_friction.h"
+#include "physics/effects/damping_asymmetry.h"
+#include "physics/effects/end_stop.h"
+#include "physics/effects/hysteresis_friction.h"
 #include "physics/effects/input_delay.h"
+#include "physics/effects/joint_compliance.h"
+#include "physics/effects/lever_arm_variation.h"
+#include "physics/effects/load_dependent_friction.h"
 #include "physics/effects/payload.h"
+#include "physics/effects/quadratic_damping.h"
+#include "physics/effects/sensor_backlash.h"
+#include "physics/effects/sensor_delay.h"
+#include "physics/effects/sensor_offset.h"
+#include "physics/effects/sensor_scale.h"
+#include "physics/effects/stiffness_hardening.h"
 #include "physics/effects/stribeck_friction.h"
+#include "physics/effects/supply_pressure_sag.h"
+#include "physics/effects/thermal_drift.h"
+#include "physics/effects/valve_asymmetry.h"
 #include "physics/effects/valve_deadband.h"
+#include "physics/effects/valve_hysteresis.h"
 #include "physics/effects/valve_offset.h"
 
 namespace lacuna {
 
-using Effects = ComponentList<InputDelay, ValveOffset, ValveDeadband, ActuatorSaturation, CoulombFriction,
-                              StribeckFriction, Payload>;
+using Effects =
+    ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
+                  ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, StribeckFriction,
+                  LoadDependentFriction, HysteresisFriction, QuadraticDamping, DampingAsymmetry, StiffnessHardening,
+                  EndStop, Backlash, JointCompliance, ThermalDrift, Payload, ComShift, Armature, BaseTilt, SensorScale,
+                  SensorOffset, SensorBacklash, SensorDelay>;
 
 }  // namespace lacuna
