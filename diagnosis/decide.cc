@@ -127,17 +127,23 @@ class Judge {
 };
 
 /// Train and validate gain less the Schwarz penalty. All are counted at the effective samples of the strongest, since the
-/// error of that count would otherwise outweigh the difference between two near-perfect candidates.
-void sort_by_evidence(std::vector<Tried>& tried) {
+/// error of that count would otherwise outweigh the difference between two near-perfect candidates. An integration error
+/// of e noise rms changes a residual's energy by up to e^2 of the noise's: gains nearer than that are not told apart.
+void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
   if (tried.empty()) return;
   auto own = [](const Tried& t) { return t.train.log_likelihood + t.heldout.gain; };
   const Tried& strongest =
       *std::max_element(tried.begin(), tried.end(), [&](const Tried& a, const Tried& b) { return own(a) < own(b); });
   const Gain train = strongest.train, heldout = strongest.heldout.whole;
+  const double resolution =
+      0.5 * (train.effective + heldout.effective) * std::log1p(integration_error * integration_error);
+  double most = -HUGE_VAL;
   for (Tried& t : tried) {
-    t.evidence = t.train.at(train) + t.heldout.whole.at(heldout) -
-                 0.5 * t.effect.parameters * std::log(std::max(2.0, train.effective));
+    t.evidence = t.train.at(train) + t.heldout.whole.at(heldout);
+    most = std::max(most, t.evidence);
   }
+  const double worth = 0.5 * std::log(std::max(2.0, train.effective));  // of one parameter
+  for (Tried& t : tried) t.evidence = std::min(t.evidence + resolution, most) - worth * t.effect.parameters;
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence > b.evidence; });
 }
 
@@ -205,11 +211,11 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   Judge judge(current, experiment, options, static_cast<int>(screened.size()));
   std::vector<Tried> tried;
   for (ScreenedEffect& effect : screened) tried.push_back(judge.weigh(std::move(effect)));
-  sort_by_evidence(tried);
+  sort_by_evidence(tried, options.integration_error);
   for (std::size_t k = 0; k < std::min(kShortlist, tried.size()); ++k) {
     if (tried[k].p_value < kChance) judge.refit(tried[k]);
   }
-  sort_by_evidence(tried);
+  sort_by_evidence(tried, options.integration_error);
   Decision out{{}, std::nullopt, current};
   std::optional<std::size_t> winner;
   for (std::size_t k = 0; k < tried.size(); ++k) {

@@ -5,7 +5,8 @@
 //  - the validate recordings gain more than two standard errors over blocks;
 //  - it removes at least 1 % of the validate recordings' residual energy (or of what stands above the noise).
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
-// of the effective samples (Schwarz). Probabilities are shares of exp(evidence) among all that were tried and chance.
+// of the effective samples (Schwarz). Gains closer to the best than what the integration error can feign count as the
+// best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities are shares of exp(evidence) among all that were tried and chance.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +23,7 @@ struct DecideOptions {
   SimulatorOptions simulator;
   RunControl control;
   std::uint64_t seed = 1;
+  double integration_error = 0.0;  ///< rms over the noise's, at the step in use
 };
 
 struct Decision {

@@ -6,12 +6,14 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/decide.h"
+#include "diagnosis/evidence.h"
 #include "diagnosis/verify.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
 namespace {
 
+constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
 constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
 
 /// Findings' own estimates, taken out of the fit's under their short names.
@@ -66,6 +68,18 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
                     ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
                 : mostly_unknown ? Verdict::unknown_physics
                                  : Verdict::missing_physics;
+}
+
+/// Whether the fit leaves anything on the recordings that steered it: more than the noise, or anything but white.
+bool leaves_something(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
+  std::vector<int> seen = experiment.with_role(Role::train);
+  for (const int s : experiment.with_role(Role::validate)) seen.push_back(s);
+  Problem problem(current.model, experiment, current.space, options, current.weights);
+  const Eigen::VectorXd r = problem.residual(current.fit.point, seen);
+  const auto blocks = problem.layout(seen);
+  std::vector<double> noise = noise_levels(current.model, experiment);
+  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
+  return !excess_over_noise(r, blocks, noise).empty() || chance_of_white(r, blocks) < kWhite;
 }
 
 /// An effect that was just found may need a finer step than the plain model did; then the fit is repeated with it.
@@ -143,9 +157,10 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
 
   CurrentModel current = before;
   StepChoice found_step = out.before.step;
-  DecideOptions decide_options{simulator, control, out.seed};
+  DecideOptions decide_options{simulator, control, out.seed, found_step.error_over_noise};
   decide_options.control.progress = nullptr;
   for (int round = 0; round < options.most_effects; ++round) {
+    if (!leaves_something(current, experiment, simulator)) break;
     const double share = 0.35 + 0.55 * round / options.most_effects, width = 0.55 / options.most_effects;
     CurrentModel next = current;
     std::optional<Finding> finding;
@@ -168,6 +183,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     current = std::move(next);
     refine_step(current, experiment, simulator, control, found_step);
     decide_options.simulator = simulator;
+    decide_options.integration_error = found_step.error_over_noise;
   }
 
   report("verifying", 0.92);

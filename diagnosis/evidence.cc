@@ -1,6 +1,7 @@
 #include "diagnosis/evidence.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -17,6 +18,7 @@ constexpr int kFewestBlocks = 20;
 constexpr double kFamilyError = 1e-3;  ///< chance of any joint flagged on well-specified data
 constexpr double kNegligible = 0.05;   ///< excess variance under this share of the noise's is not mentioned
 constexpr int kResamples = 400;
+constexpr int kLags = 25;
 
 }  // namespace
 
@@ -139,6 +141,32 @@ std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std:
     if (all[k].ratio * all[k].ratio > 1.0 + kNegligible) out.push_back(all[k]);
   }
   return out;
+}
+
+double chance_of_white(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) {
+  std::map<int, std::vector<ResidualBlock>> channels;
+  for (const ResidualBlock& block : blocks) channels[block.channel].push_back(block);
+  double least = 1.0;
+  for (const auto& [channel, members] : channels) {
+    double n = 0.0, energy = 0.0, sum = 0.0;
+    std::array<double, kLags> products{};
+    for (const ResidualBlock& block : members) {
+      const auto r = residual.segment(block.first, block.count);
+      n += static_cast<double>(block.count);
+      energy += r.squaredNorm();
+      for (Eigen::Index lag = 1; lag <= kLags && lag < block.count; ++lag) {
+        products[static_cast<std::size_t>(lag - 1)] += r.head(block.count - lag).dot(r.tail(block.count - lag));
+      }
+    }
+    if (!(energy > 0.0) || n <= 2 * kLags) continue;
+    for (int lag = 1; lag <= kLags; ++lag) {
+      const double rho = products[static_cast<std::size_t>(lag - 1)] / energy;
+      sum += n * (n + 2.0) * rho * rho / (n - lag);
+    }
+    const boost::math::chi_squared law(kLags);
+    least = std::min(least, boost::math::cdf(boost::math::complement(law, std::min(sum, 1e6))));
+  }
+  return std::min(1.0, least * static_cast<double>(channels.size()));
 }
 
 }  // namespace lacuna

@@ -54,4 +54,8 @@ struct ExcessNoise {
 std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                                            std::span<const double> noise_over_weight);
 
+/// Smallest chance over channels, after Holm, that residuals so coloured come from white noise: Ljung and Box, Biometrika
+/// 65 (1978), over `kLags` lags of each channel's segments together.
+double chance_of_white(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks);
+
 }  // namespace lacuna

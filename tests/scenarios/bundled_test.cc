@@ -109,7 +109,7 @@ TEST(Bundled, PresetBoundsHoldBothTruthsAndDoNotStartAtOne) {
       const auto value = [&](const Scenario& s) {
         if (parameter == "mass")
           return s.robot->links()[static_cast<std::size_t>(*s.robot->find_link(owner))].inertial.mass;
-        return s.actuators.at(1).parameters.at(parameter);
+        return s.actuators.front().parameters.at(parameter);  // joint 2 has the only one
       };
       EXPECT_GT(value(truth), spec.lower) << name << ' ' << spec.name;
       EXPECT_LT(value(truth), spec.upper) << name << ' ' << spec.name;

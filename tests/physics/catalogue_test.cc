@@ -1,0 +1,253 @@
+// Effects with a past, a reading or a direction, against the same laws written out by hand and stepped finely.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/physics/plants.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+constexpr double kGain = 9.0, kDamping = 3.0, kStiffness = 40.0, kRest = 0.1;  // N/V, N s/m, N/m, m
+constexpr double kFine = 2e-5;                                                 // s, step of the hand-written laws
+constexpr double kAgreement = 2e-5;                                            // m, of a motion of some 0.5 m
+const Start kStart{{0.15}, {0.0}};
+
+/// The block with what one law may remember.
+struct Block {
+  double t = 0.0, x = 0.15, v = 0.0, u = 0.0;
+  double past[2] = {0.0, 0.0};
+  double drive(double command) const { return kGain * command - kDamping * v - kStiffness * (x - kRest); }
+};
+
+struct Law {
+  const char* effect;
+  std::map<std::string, double> parameters;
+  std::function<double(const Block&)> force;               // N
+  std::function<void(Block&, double)> begin = nullptr;     // at the start
+  std::function<void(Block&, double)> remember = nullptr;  // after each fine step of that length
+  std::function<double(const Block&)> reading = nullptr;   // else x
+};
+
+double sgn(double x) { return (x > 0.0) - (x < 0.0); }
+double played(double past, double x, double half) { return std::max(std::min(past, x + half), x - half); }
+
+const std::vector<Law>& laws() {
+  static const std::vector<Law> all = {
+      {"actuator_lag",
+       {{"T", 0.08}},
+       [](const Block& b) { return b.drive(b.past[0]); },
+       [](Block& b, double) { b.past[0] = b.u; },
+       [](Block& b, double dt) { b.past[0] = b.u + (b.past[0] - b.u) * std::exp(-dt / 0.08); }},
+      {"valve_hysteresis",
+       {{"h", 0.4}},
+       [](const Block& b) { return b.drive(played(b.past[0], b.u, 0.4)); },
+       [](Block& b, double) { b.past[0] = b.u; },
+       [](Block& b, double) { b.past[0] = played(b.past[0], b.u, 0.4); }},
+      {"valve_asymmetry", {{"a", 0.3}}, [](const Block& b) { return b.drive(b.u < 0.0 ? 0.7 * b.u : b.u); }},
+      {"lever_arm_variation",
+       {{"ratio", 0.5}, {"phase", 0.7}},
+       [](const Block& b) { return b.drive(b.u * (1.0 + 0.5 * (std::sin(b.x + 0.7) - std::sin(0.7)))); }},
+      {"supply_pressure_sag",
+       {{"depth", 0.4}, {"flow", 1.5}},
+       [](const Block& b) { return b.drive(b.u * (1.0 - 0.4 * (1.0 - std::exp(-std::fabs(b.u) / 1.5)))); }},
+      {"load_dependent_friction",
+       {{"mu", 0.2}, {"v0", 0.05}},
+       [](const Block& b) { return b.drive(b.u) - 0.2 * std::fabs(b.drive(b.u)) * std::tanh(b.v / 0.05); }},
+      {"hysteresis_friction",
+       {{"Fc", 2.0}, {"sigma0", 200.0}},
+       [](const Block& b) { return b.drive(b.u) - b.past[0]; },
+       [](Block& b, double) { b.past[1] = b.x; },
+       [](Block& b, double) {
+         const double way = b.x - b.past[1];
+         b.past[0] += 200.0 * (1.0 - b.past[0] * sgn(way) / 2.0) * way;
+         b.past[1] = b.x;
+       }},
+      {"quadratic_damping", {{"c", 2.0}}, [](const Block& b) { return b.drive(b.u) - 2.0 * std::fabs(b.v) * b.v; }},
+      {"damping_asymmetry",
+       {{"a", 0.8}},
+       [](const Block& b) { return b.drive(b.u) - (b.v < 0.0 ? 0.8 * kDamping * b.v : 0.0); }},
+      {"stiffness_hardening",
+       {{"k3", 60.0}},
+       [](const Block& b) { return b.drive(b.u) - 60.0 * std::pow(b.x - kRest, 3); }},
+      {"end_stop",
+       {{"q_lim", 0.3}, {"k", 400.0}},
+       [](const Block& b) { return b.drive(b.u) - 400.0 * std::max(b.x - 0.3, 0.0); }},
+      {"end_stop",
+       {{"q_lim", 0.0}, {"k", -400.0}},
+       [](const Block& b) { return b.drive(b.u) + 400.0 * std::max(0.0 - b.x, 0.0); }},
+      {"backlash",
+       {{"gap", 0.1}},
+       [](const Block& b) { return b.drive(b.u) + kStiffness * (b.x - played(b.past[0], b.x, 0.05)); },
+       [](Block& b, double) { b.past[0] = b.x; },
+       [](Block& b, double) { b.past[0] = played(b.past[0], b.x, 0.05); }},
+      {"joint_compliance",
+       {{"k", 150.0}},
+       [](const Block& b) { return b.past[0]; },
+       [](Block& b, double) {
+         b.past[0] = b.drive(b.u) * 150.0 / (150.0 + kStiffness);
+         b.past[1] = b.drive(b.u);
+       },
+       [](Block& b, double dt) {
+         // The spring's own lag, driven by the mean of the rigid effort over the step.
+         const double rate = (150.0 + kStiffness) / kDamping, share = 150.0 / (150.0 + kStiffness);
+         const double end = 0.5 * (b.drive(b.u) + b.past[1]) * share;
+         b.past[0] = end + (b.past[0] - end) * std::exp(-rate * dt);
+         b.past[1] = b.drive(b.u);
+       }},
+      {"thermal_drift",
+       {{"depth", 0.5}, {"tau", 0.6}},
+       [](const Block& b) { return b.drive(b.u) + 0.5 * (1.0 - std::exp(-b.t / 0.6)) * kDamping * b.v; }},
+      {"armature", {{"J", 1.5}}, [](const Block& b) { return b.drive(b.u) * kBlockMass / (kBlockMass + 1.5); }},
+      {"sensor_scale",
+       {{"s", 0.1}},
+       [](const Block& b) { return b.drive(b.u); },
+       [](Block& b, double) { b.x /= 1.1; },
+       nullptr,
+       [](const Block& b) { return 1.1 * b.x; }},
+      {"sensor_offset",
+       {{"o", 0.05}},
+       [](const Block& b) { return b.drive(b.u); },
+       [](Block& b, double) { b.x -= 0.05; },
+       nullptr,
+       [](const Block& b) { return b.x + 0.05; }},
+  };
+  return all;
+}
+
+Drive commands() {
+  Drive drive = constant_drive(1, 2.0, 0.01, 0.0);
+  for (std::size_t k = 0; k < drive.time.size(); ++k) {
+    // Steps every .25 s: kinks of the command fall on samples, and both directions come.
+    const double steps[] = {1.0, -0.5, 2.0, -2.0, 0.3, 1.5, -1.0, 0.0, 0.0};
+    drive.u[0][k] = steps[k / 25];
+  }
+  return drive;
+}
+
+std::vector<double> by_hand(const Law& law, const Drive& drive) {
+  Block b;
+  b.u = drive.u[0][0];
+  if (law.begin) law.begin(b, 0.0);
+  std::vector<double> out;
+  const int pieces = static_cast<int>(std::lround(0.01 / kFine));
+  for (std::size_t k = 0; k < drive.time.size(); ++k) {
+    out.push_back(law.reading ? law.reading(b) : b.x);
+    b.u = drive.u[0][k];
+    for (int i = 0; i < pieces; ++i) {
+      // The midpoint rule on the motion; what is remembered follows it.
+      Block half = b;
+      half.x += 0.5 * kFine * b.v;
+      half.v += 0.5 * kFine * law.force(b) / kBlockMass;
+      half.t += 0.5 * kFine;
+      if (law.remember) law.remember(half, 0.5 * kFine);
+      b.x += kFine * half.v;
+      b.v += kFine * law.force(half) / kBlockMass;
+      b.t += kFine;
+      if (law.remember) law.remember(b, kFine);
+    }
+  }
+  return out;
+}
+
+class CatalogueLaw : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(CatalogueLaw, MovesTheBlockAsTheEquationWrittenOutByHand) {
+  const Law& law = laws()[GetParam()];
+  const Drive drive = commands();
+  Scenario scenario =
+      driven_scenario(block_robot(),
+                      {actuator("slide", "torque_source",
+                                {{"gain", kGain}, {"damping", kDamping}, {"stiffness", kStiffness}, {"rest", kRest}})},
+                      drive, kStart);
+  const PlantModel plain(scenario);
+  const Experiment experiment = started_experiment(scenario, kStart);
+  const bool arm = effect_table()[static_cast<std::size_t>(find_effect(law.effect))].where == Where::arm;
+  const std::string place = arm ? "arm" : "slide";
+  const PlantModel model = plain.with_effects({effect(law.effect, place, law.parameters)});
+  const std::vector<double> expected = by_hand(law, drive);
+  double shows = 0.0;
+  const auto without = predict_one(plain, experiment, on("featherstone", 0.001)).front()[0];
+  for (std::size_t k = 0; k < expected.size(); ++k) shows = std::max(shows, std::fabs(without[k] - expected[k]));
+  EXPECT_GT(shows, 1e-3) << "nothing was tested";
+  for (const std::string& engine : available_engines()) {
+    const auto got = predict_one(model, experiment, on(engine, 0.001)).front()[0];
+    EXPECT_LT(worst_difference(got, expected), kAgreement) << law.effect << " on " << engine;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, CatalogueLaw, testing::Range(std::size_t{0}, laws().size()), [](const auto& p) {
+  return std::string(laws()[p.param].effect) + "_" + std::to_string(p.param);
+});
+
+TEST(SensorDelay, ShiftsTheReadingAndNothingElse) {
+  const Drive drive = commands();
+  Scenario scenario =
+      driven_scenario(block_robot(),
+                      {actuator("slide", "torque_source",
+                                {{"gain", kGain}, {"damping", kDamping}, {"stiffness", kStiffness}, {"rest", kRest}})},
+                      drive, kStart);
+  const PlantModel plain(scenario);
+  const Experiment experiment = started_experiment(scenario, kStart);
+  const auto now = predict_one(plain, experiment, on("featherstone", 0.001)).front()[0];
+  const auto late = predict_one(plain.with_effects({effect("sensor_delay", "slide", {{"T", 0.03}})}), experiment,
+                                on("featherstone", 0.001))
+                        .front()[0];
+  for (std::size_t k = 3; k < now.size(); ++k) EXPECT_NEAR(late[k], now[k - 3], 1e-12);
+}
+
+TEST(SensorBacklash, StandsAfterAReversalByItsWidth) {
+  const Drive drive = commands();
+  Scenario scenario =
+      driven_scenario(block_robot(),
+                      {actuator("slide", "torque_source",
+                                {{"gain", kGain}, {"damping", kDamping}, {"stiffness", kStiffness}, {"rest", kRest}})},
+                      drive, kStart);
+  const PlantModel plain(scenario);
+  const Experiment experiment = started_experiment(scenario, kStart);
+  const auto true_motion = predict_one(plain, experiment, on("featherstone", 0.001)).front()[0];
+  const auto reading = predict_one(plain.with_effects({effect("sensor_backlash", "slide", {{"h", 0.02}})}), experiment,
+                                   on("featherstone", 0.001))
+                           .front()[0];
+  double past = true_motion[0];
+  for (std::size_t k = 0; k < true_motion.size(); ++k) {
+    past = played(past, true_motion[k], 0.02);
+    EXPECT_NEAR(reading[k], past, 1e-14);
+  }
+}
+
+TEST(BaseTilt, TurnsGravityAsARobotBuiltOnATiltedBaseFeelsIt) {
+  const Scenario scenario = driven_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"), {},
+                                            constant_drive(2, 1.0, 0.01, 0.0), {{0.3, 0.2}, {0.0, 0.0}});
+  Scenario tilted = scenario;
+  const double roll = 0.1, pitch = -0.2;
+  tilted.gravity = Eigen::AngleAxisd(-roll, Eigen::Vector3d::UnitX()) *
+                   (Eigen::AngleAxisd(-pitch, Eigen::Vector3d::UnitY()) * scenario.gravity);
+  const Start start{{0.3, 0.2}, {0.0, 0.0}};
+  const Experiment experiment = started_experiment(scenario, start);
+  const PlantModel model =
+      PlantModel(scenario).with_effects({effect("base_tilt", "arm", {{"roll", roll}, {"pitch", pitch}})});
+  for (const std::string& engine : available_engines()) {
+    EXPECT_LT(worst_difference(predict_one(model, experiment, on(engine, 0.002)).front()[1],
+                               predict_one(PlantModel(tilted), experiment, on(engine, 0.002)).front()[1]),
+              1e-12)
+        << engine;
+  }
+}
+
+TEST(ComShift, MovesTheCentreOfMassOfTheLinkBehindTheJoint) {
+  const Scenario scenario = driven_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"), {},
+                                            constant_drive(2, 1.0, 0.01, 0.0), {{0.3, 0.2}, {0.0, 0.0}});
+  const PlantModel model =
+      PlantModel(scenario).with_effects({effect("com_shift", "elbow", {{"dx", 0.01}, {"dy", -0.02}, {"dz", 0.03}})});
+  const auto plain = PlantModel(scenario).inertials(PlantModel(scenario).values());
+  const auto shifted = model.inertials(model.values());
+  EXPECT_EQ(shifted[0].com, plain[0].com);
+  EXPECT_LT((shifted[1].com - plain[1].com - Eigen::Vector3d(0.01, -0.02, 0.03)).norm(), 1e-15);
+  EXPECT_EQ(shifted[1].inertia, plain[1].inertia);
+}
+
+}  // namespace
+}  // namespace lacuna
