@@ -123,7 +123,7 @@ void run(Session& session, const DiagnoseFlags& flags) {
 
 void add_diagnose(CLI::App& app, Session& session) {
   auto flags = std::make_shared<DiagnoseFlags>();
-  flags->identify.generations = 20;
+  flags->identify.generations = 8;
   CLI::App& command = add_scenario_command(
       app, session, "diagnose",
       "Finds the physics that the model leaves out: where, what, how much, and how far the fit improves.\n"

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kChance = 0.01;
 constexpr double kStandardErrors = 2.0;
-constexpr double kLeastShare = 0.01;
+constexpr double kLeastShare = 0.25;
+constexpr double kPromising = 0.5;  ///< share of energy left under which a start is re-identified whatever its chance
 constexpr std::size_t kShortlist = 4;
 constexpr double kClassLoss = 3.0;  ///< evidence within this of the winner's: not separated (odds 20 to 1)
 constexpr int kRefitIterations = 6;
@@ -29,11 +30,21 @@ struct Tried {
 
   double evidence = 0.0;  ///< see sort_by_evidence
 
-  bool physical() const {
-    for (const double x : effect.own) {
-      if (!std::isfinite(x)) return false;
+  bool finite() const {
+    return std::all_of(effect.own.begin(), effect.own.end(), [](double x) { return std::isfinite(x); });
+  }
+  /// An own number at the end of its range that is not its neutral value; optional ones may be.
+  bool at_end() const {
+    const auto& axes = model.space.axes();
+    for (std::size_t k = 0; k < effect.own.size(); ++k) {
+      const Axis& axis = axes[axes.size() - effect.own.size() + k];
+      const Parameter& p = model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+      if (p.info->optional) continue;
+      const double x = model.fit.point[model.fit.point.size() - effect.own.size() + k];
+      const double margin = 1e-6 * (axis.upper - axis.lower);
+      if (std::isfinite(margin) && (x <= axis.lower + margin || x >= axis.upper - margin)) return true;
     }
-    return true;
+    return false;
   }
 };
 
@@ -48,6 +59,7 @@ class Judge {
         validate_(experiment.with_role(Role::validate)),
         plain_(current.model, experiment, current.space, options.simulator, current.weights) {
     before_validate_ = plain_.residual(current.fit.point, validate_);
+    floor_ = noise_floor();
   }
 
   Tried weigh(ScreenedEffect effect) {
@@ -79,18 +91,37 @@ class Judge {
   }
 
   std::string objection(const Tried& tried) const {
-    if (!tried.physical()) return "a parameter is not finite";
+    if (!tried.finite()) return "a parameter is not finite";
+    if (tried.at_end()) return "a parameter at the end of its range";
     if (tried.p_value > kChance) return fmt::format("chance on the train recordings {:.2g}", tried.p_value);
     if (validate_.empty()) return "no validate recording to prove it on";
     if (!(tried.heldout.gain > kStandardErrors * tried.heldout.error)) {
       return fmt::format("held-out gain {:.1f} +- {:.1f}", tried.heldout.gain, tried.heldout.error);
     }
-    if (tried.heldout.share < kLeastShare)
-      return fmt::format("removes {:.2g} of the held-out energy", tried.heldout.share);
+    if (const double share = share_of_excess(tried); share < kLeastShare) {
+      return fmt::format("removes {:.2g} of the held-out energy above the noise", share);
+    }
     return "";
   }
 
+  double share_of_excess(const Tried& tried) const {
+    const double before = before_validate_.squaredNorm();
+    return tried.heldout.share * before / std::max(before - floor_, 1e-3 * before);
+  }
+
  private:
+  /// Energy that the noise alone would leave on the validate recordings; 0 where it is unknown.
+  double noise_floor() const {
+    const std::vector<double> noise = noise_levels(current_.model, experiment_);
+    double floor = 0.0;
+    for (const ResidualBlock& block : plain_.layout(validate_)) {
+      const std::size_t c = static_cast<std::size_t>(block.channel);
+      const double ratio = noise[c] > 0.0 ? noise[c] / current_.weights[c] : 0.0;
+      floor += ratio * ratio * static_cast<double>(block.count);
+    }
+    return floor;
+  }
+
   /// An effect that is on in some recordings only: which of the validate and test recordings have it is read off
   /// their first second, as their start state is.
   void set_recordings(Tried& tried) {
@@ -124,6 +155,7 @@ class Judge {
   std::vector<int> train_, validate_;
   Problem plain_;
   Eigen::VectorXd before_validate_;
+  double floor_ = 0.0;  ///< whitened energy of the noise alone
 };
 
 /// Train and validate gain less the Schwarz penalty. All are counted at the effective samples of the strongest, since the
@@ -213,7 +245,7 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   for (ScreenedEffect& effect : screened) tried.push_back(judge.weigh(std::move(effect)));
   sort_by_evidence(tried, options.integration_error);
   for (std::size_t k = 0; k < std::min(kShortlist, tried.size()); ++k) {
-    if (tried[k].p_value < kChance) judge.refit(tried[k]);
+    if (tried[k].p_value < kChance || tried[k].train.share > 1.0 - kPromising) judge.refit(tried[k]);
   }
   sort_by_evidence(tried, options.integration_error);
   Decision out{{}, std::nullopt, current};

@@ -3,7 +3,9 @@
 // An effect is kept only if all of these hold:
 //  - the train gain's chance under no effect, times everything that was tried (Bonferroni), is under 1 in 100;
 //  - the validate recordings gain more than two standard errors over blocks;
-//  - it removes at least 1 % of the validate recordings' residual energy (or of what stands above the noise).
+//  - it removes at least a quarter of the energy that stands above the noise on the validate recordings (of all energy
+//    where the noise is unknown): what explains less is not the explanation, and the rest stays reported as unknown;
+//  - none of its own numbers was driven to the end of its range.
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
 // of the effective samples (Schwarz). Gains closer to the best than what the integration error can feign count as the
 // best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities are shares of exp(evidence) among all that were tried and chance.

@@ -430,6 +430,9 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
       axis.start = 1.0 / p.value;
     } else if (p.info->scale == Scale::time) {
       axis.upper = std::min(p.upper, kShortestTime);
+    } else if (p.info->scale == Scale::length) {
+      axis.lower = std::max(p.lower, -size);
+      axis.upper = std::min(p.upper, size);
     } else {
       // What must stay positive starts at a thousandth of its size, below any resolution.
       axis.lower = std::max(p.lower, p.info->optional ? 1e-3 * size : -kWidest * size);

@@ -145,6 +145,23 @@ std::vector<double> SearchSpace::contract(std::span<const double> values) const 
   return point;
 }
 
+namespace {
+
+/// m: the longest way from the base to a joint along the links, and on to the tool.
+double stretched_length(const Robot& robot) {
+  std::vector<double> way;
+  double longest = 0.0;
+  for (const Joint& joint : robot.joints()) {
+    const double before = joint.parent < 0 ? 0.0 : way[static_cast<std::size_t>(joint.parent)];
+    way.push_back(before + joint.origin.translation().norm());
+    longest = std::max(longest, way.back());
+  }
+  const double tool = robot.tool().body < 0 ? 0.0 : robot.tool().point.norm();
+  return longest + tool;
+}
+
+}  // namespace
+
 double typical_size(Scale scale, const PlantModel& model, const Experiment& experiment, int joint,
                     std::span<const double> values) {
   const std::size_t j = static_cast<std::size_t>(std::max(joint, 0));
@@ -162,6 +179,7 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
     case Scale::position: return position;
     case Scale::reach: return positive(experiment.position_reach[j]);
     case Scale::span: return positive(experiment.span);
+    case Scale::length: return positive(0.1 * stretched_length(model.robot()));
     case Scale::mass: return model.robot().moving_mass();
     case Scale::stiffness: return effort / position;
     case Scale::drag: return effort / (velocity * velocity);

@@ -26,7 +26,7 @@ struct JointView {
   const T* actuator = nullptr;  ///< parameters of the joint's actuator
   const T* z = nullptr;         ///< the component's own states
   const T* m = nullptr;         ///< the component's own memories at this instant
-  T demand = T(0.0);            ///< V, sum of |command| over the arm's joints
+  T flow = T(0.0);              ///< rad/s, sum of |v| over the arm's joints: what the pump must deliver
   T drive = T(0.0);             ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
@@ -48,6 +48,7 @@ enum class Scale {
   stiffness,  ///< N m/rad: effort over position
   drag,       ///< N m s^2/rad^2: effort over velocity squared
   hardening,  ///< N m/rad^3: effort over position cubed
+  length,     ///< m, a tenth of the arm's stretched length: searched no further than that
   inertia     ///< kg m^2: effort over the acceleration velocity^2/position
 };
 
@@ -70,10 +71,11 @@ struct Hooks {
   T (*effort)(const T* p, const JointView<T>& s) = nullptr;   ///< N m or N: smooth effort on the joint
   /// N m or N, >= 0: dry friction's magnitude at sliding speed `speed` >= 0; at speed 0 the break-away effort.
   T (*dry_friction)(const T* p, const T& speed, const JointView<T>& s) = nullptr;
-  T (*delay)(const T* p) = nullptr;                        ///< s, of the command
-  T (*rate)(const T* p, const JointView<T>& s) = nullptr;  ///< derivative of the component's one state
-  /// State at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
-  T (*initial)(const T* p, const JointView<T>& s, const T& holding) = nullptr;
+  T (*delay)(const T* p) = nullptr;                                   ///< s, of the command
+  void (*rate)(const T* p, const JointView<T>& s, T* out) = nullptr;  ///< derivatives of the component's states
+  /// States at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
+  void (*initial)(const T* p, const JointView<T>& s, const T& holding, T* out) = nullptr;
+  int states = 0;
   /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the start
   /// of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
   void (*remember)(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) = nullptr;
@@ -88,8 +90,6 @@ struct Hooks {
   void (*inertials)(const double* p, const Robot& robot, int joint, std::vector<Inertial>& bodies) = nullptr;
   double (*armature)(const double* p) = nullptr;                                        ///< kg m^2 (kg) at the joint
   Eigen::Vector3d (*gravity)(const double* p, const Eigen::Vector3d& plain) = nullptr;  ///< m/s^2, base frame
-
-  int states() const { return rate != nullptr ? 1 : 0; }
 };
 
 inline constexpr int kMostMemories = 2;  ///< of one component
@@ -106,6 +106,7 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template initial<T>; }) h.initial = &C::template initial<T>;
   if constexpr (requires { &C::template remember<T>; }) h.remember = &C::template remember<T>;
   if constexpr (requires { &C::template begin<T>; }) h.begin = &C::template begin<T>;
+  if constexpr (requires { C::states; }) h.states = C::states;
   if constexpr (requires { C::memories; }) h.memories = C::memories;
   if constexpr (requires { C::loaded; }) h.loaded = C::loaded;
   if constexpr (requires { &C::template sense<T>; }) h.sense = &C::template sense<T>;

@@ -18,9 +18,9 @@ namespace lacuna {
 /// When a plant is asked for its efforts.
 template <class T>
 struct Instant {
-  T t = T(0.0);       ///< s, from the start of the recording
-  T since = T(0.0);   ///< s, since the start of the step, to which the memories belong
-  T demand = T(0.0);  ///< V, sum of |command| over the joints
+  T t = T(0.0);      ///< s, from the start of the recording
+  T since = T(0.0);  ///< s, since the start of the step, to which the memories belong
+  T flow = T(0.0);   ///< rad/s, sum of |v| over the joints
 };
 
 template <class T, class Dyn>
@@ -150,8 +150,8 @@ class Plant {
       const JointParts& parts = joint(j);
       const JointView<T> s = view(parts, {}, q[i], v[i], u[i]);
       auto start = [&](const Bound& c) {
-        if (c.hooks->states() == 0) return;
-        z[c.state] = c.hooks->initial != nullptr ? c.hooks->initial(&parameters_[c.first], s, holding[i]) : T(0.0);
+        if (c.hooks->initial == nullptr) return;
+        c.hooks->initial(&parameters_[c.first], s, holding[i], z + c.state);
       };
       for (const Bound& c : parts.actuator) start(c);
       for (const Bound& c : parts.effects) start(c);
@@ -179,7 +179,7 @@ class Plant {
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
     const Hooks<T>& hooks = table[static_cast<std::size_t>(c.type)];
     to.push_back({&hooks, static_cast<std::size_t>(c.first), states_, memories_});
-    states_ += hooks.states();
+    states_ += hooks.states;
     memories_ += hooks.memories;
   }
   void name_actuator_parameters(JointParts& parts, int j) const {
@@ -201,7 +201,7 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.demand = now.demand;
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.flow = now.flow;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
     return s;
@@ -234,7 +234,7 @@ class Plant {
       s.z = z + c.state;
       if (c.hooks->command == nullptr) recall(c, now, m, m_now, scratch, s);
       if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
-      if (c.hooks->rate != nullptr && z_rate != nullptr) z_rate[c.state] = c.hooks->rate(&parameters_[c.first], s);
+      if (c.hooks->rate != nullptr && z_rate != nullptr) c.hooks->rate(&parameters_[c.first], s, z_rate + c.state);
     };
     for (const Bound& c : parts.actuator) collect(c);
     parts.drive = s.drive = tau;

@@ -31,9 +31,8 @@ class Rollout {
 
   void start(const Segment& segment);
   void advance(const Segment& segment, std::size_t sample, double max_step);
-  void sum_demand();
   void fetch_commands(const Segment& segment, std::size_t sample);
-  Instant<T> instant(const T& since) const;
+  Instant<T> instant(const T& since, const State& x) const;
   void derivative(const T& since, const State& x, State& dx);
   void remember(const T& since);
   void decide_directions(const Mask<T>& active);
@@ -51,7 +50,6 @@ class Rollout {
   T t_ = T(0.0);  ///< s, each lane its own
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> memory_;  ///< of the plant, at the start of the step
-  T demand_ = T(0.0);      ///< V
   std::vector<T> u_, tau_, free_, direction_, breakaway_;
   std::vector<T> imbalance_, imbalance_at_start_, imbalance_at_middle_;  ///< effort on held joints, N m or N
   std::vector<bool> dry_;                                                ///< joints with any dry friction component

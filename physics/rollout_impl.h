@@ -54,20 +54,13 @@ void Rollout<T, Dyn>::start(const Segment& segment) {
   t_ = T(segment.time(0));
   fetch_commands(segment, 0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
-  plant_.begin_memories(instant(T(0.0)), x_.data(), x_.data() + n_, u_.data(), memory_.data());
+  plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
 }
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::fetch_commands(const Segment& segment, std::size_t sample) {
   for (std::size_t j = 0; j < n_; ++j) u_[j] = T(segment.commands->value[j][segment.first + sample]);
   for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
-  sum_demand();
-}
-
-template <class T, class Dyn>
-void Rollout<T, Dyn>::sum_demand() {
-  demand_ = T(0.0);
-  for (const T& u : u_) demand_ = demand_ + abs(u);
 }
 
 /// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
@@ -123,16 +116,15 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
     x_ = next_;
     t_ = select(active, t_ + h, t_);
     remember(h);
-    if (!cursors_.empty()) {
-      for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
-      sum_demand();
-    }
+    for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
   }
 }
 
 template <class T, class Dyn>
-Instant<T> Rollout<T, Dyn>::instant(const T& since) const {
-  return {t_ + since, since, demand_};
+Instant<T> Rollout<T, Dyn>::instant(const T& since, const State& x) const {
+  T flow(0.0);
+  for (std::size_t j = 0; j < n_; ++j) flow = flow + abs(x[n_ + j]);
+  return {t_ + since, since, flow};
 }
 
 /// Carries the memories over `since` seconds, to the present state.
@@ -140,7 +132,8 @@ template <class T, class Dyn>
 void Rollout<T, Dyn>::remember(const T& since) {
   if (memory_.empty()) return;
   // t_ and x_ stand at the end already: the instant is now, the memories are `since` old.
-  const Instant<T> now{t_, since, demand_};
+  Instant<T> now = instant(T(0.0), x_);
+  now.since = since;
   for (std::size_t j = 0; j < n_; ++j) {
     plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                   memory_.data());
@@ -150,7 +143,7 @@ void Rollout<T, Dyn>::remember(const T& since) {
 /// Rates `since` seconds after the start of the step.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::derivative(const T& since, const State& x, State& dx) {
-  const Instant<T> now = instant(since);
+  const Instant<T> now = instant(since, x);
   const T* q = x.data();
   const T* v = q + n_;
   for (std::size_t j = 0; j < n_; ++j) {
@@ -171,7 +164,7 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
     for (std::size_t j = 0; j < n_; ++j) {
       if (!dry_[j]) continue;
       const int joint = static_cast<int>(j);
-      const Instant<T> now = instant(T(0.0));
+      const Instant<T> now = instant(T(0.0), x_);
       if (plant_.is_loaded(joint)) {
         plant_.effort(joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
       }
@@ -296,7 +289,7 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
     switch (channels[c].kind) {
       case ChannelKind::velocity: value = x_[n_ + j]; break;
       case ChannelKind::effort:
-        value = plant_.effort(channels[c].joint, instant(T(0.0)), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
+        value = plant_.effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
                               memory_.data(), nullptr, nullptr);
         break;
       default: value = x_[j];

@@ -35,6 +35,7 @@ inline double max(double a, double b) { return a > b ? a : b; }
 inline double abs(double a) { return std::fabs(a); }
 inline double sqrt(double a) { return std::sqrt(a); }
 inline double exp(double a) { return std::exp(a); }
+inline double log(double a) { return std::log(a); }
 inline double tanh(double a) { return std::tanh(a); }
 inline double floor(double a) { return std::floor(a); }
 inline void sincos(double a, double& s, double& c) {

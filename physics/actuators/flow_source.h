@@ -15,9 +15,10 @@ struct FlowSource {
              {"stiffness", "N m/rad", std::nan(""), 0.0, 1e12, "oil spring"},
              {"damping", "N m s/rad", std::nan(""), 0.0, 1e9, "damping across the oil spring"}}};
   }
+  static constexpr int states = 1;
   template <class T>
-  static T rate(const T* p, const JointView<T>& s) {
-    return p[0] * s.u;
+  static void rate(const T* p, const JointView<T>& s, T* out) {
+    out[0] = p[0] * s.u;
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
@@ -25,8 +26,8 @@ struct FlowSource {
   }
   /// The oil spring carries the holding effort; the damper is taken to be at its steady motion (x' = v).
   template <class T>
-  static T initial(const T* p, const JointView<T>& s, const T& holding) {
-    return s.q + select(p[1] > T(0.0), holding / max(p[1], T(1e-300)), T(0.0));
+  static void initial(const T* p, const JointView<T>& s, const T& holding, T* out) {
+    out[0] = s.q + select(p[1] > T(0.0), holding / max(p[1], T(1e-300)), T(0.0));
   }
 };
 

@@ -1,16 +1,16 @@
 #pragma once
 
-#include "physics/catalogue.h"
+#include "physics/effects/cap.h"
 
 namespace lacuna {
 
-/// Large commands fall short: a smooth cap. Neutral at cap = infinity.
+/// Large commands fall short: a cap, smooth as in cap.h. Neutral at cap = infinity.
 struct ActuatorSaturation {
   static EffectInfo info() {
     return {"actuator_saturation",
             "Actuator saturation",
             Where::joint,
-            "u -> cap tanh(u / cap)",
+            "u -> u (1 + |u/cap|^n)^(-1/n)",
             "only large commands fall short",
             "gain",
             "H. E. Merritt, Hydraulic Control Systems, 1967, ch. 5 (flow saturation)",
@@ -22,13 +22,12 @@ struct ActuatorSaturation {
               "largest command that takes effect",
               Scale::command,
               {3.0, 1.2},
-              Coordinate::inverse}}};
+              Coordinate::inverse},
+             cap_sharpness()}};
   }
   template <class T>
   static T command(const T* p, const JointView<T>& s) {
-    const T inverse = T(1.0) / p[0];
-    const T safe = max(inverse, T(1e-12));
-    return select(inverse > T(1e-12), tanh(s.u * safe) / safe, s.u);
+    return s.u * capped_share(abs(s.u) / p[0], p[1]);
   }
 };
 

@@ -14,9 +14,9 @@ struct ComShift {
             "gravity and inertia pattern of one link",
             "masses, rest",
             "parallel-axis theorem",
-            {{"dx", "m", 0.0, -10.0, 10.0, "shift along x", Scale::ratio, {0.01}},
-             {"dy", "m", 0.0, -10.0, 10.0, "shift along y", Scale::ratio, {0.01}},
-             {"dz", "m", 0.0, -10.0, 10.0, "shift along z", Scale::ratio, {0.01}}}};
+            {{"dx", "m", 0.0, -10.0, 10.0, "shift along x", Scale::length, {0.1}},
+             {"dy", "m", 0.0, -10.0, 10.0, "shift along y", Scale::length, {0.1}},
+             {"dz", "m", 0.0, -10.0, 10.0, "shift along z", Scale::length, {0.1}}}};
   }
   static void inertials(const double* p, const Robot&, int joint, std::vector<Inertial>& bodies) {
     bodies[static_cast<std::size_t>(joint)].com += Eigen::Vector3d(p[0], p[1], p[2]);

@@ -4,18 +4,18 @@
 
 namespace lacuna {
 
-/// A spring between actuator and link; the actuator's side has damping but no mass. With f the spring's effort, tau0 what
-/// the actuator would give rigidly, D and S its damping and stiffness: f' = (k/D) (tau0 - (1 + S/k) f), solved for a tau0
-/// that changes linearly over a step. Neutral at k = infinity.
+/// A spring between actuator and link. What the command gives drives the actuator's side, which has an inertia J of its own
+/// (J theta'' = that - f) and pulls the link by f = k (theta - q) + c (theta' - v), c = 2 zeta sqrt(k J); the actuator's
+/// damper and spring act on the link, as in the plain model. Neutral at k = infinity.
 struct JointCompliance {
   static EffectInfo info() {
     return {"joint_compliance",
             "Joint compliance",
             Where::joint,
-            "spring k in series with the actuator",
+            "the command's effort reaches the link through a spring k, from a side of inertia J",
             "ringing, phase",
-            "stiffness, actuator_lag",
-            "M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987), at zero motor inertia",
+            "stiffness, actuator_lag, input_delay",
+            "M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987)",
             {{"k",
               "N m/rad",
               HUGE_VAL,
@@ -24,30 +24,35 @@ struct JointCompliance {
               "stiffness of the spring",
               Scale::stiffness,
               {100.0, 10.0},
-              Coordinate::inverse}}};
+              Coordinate::inverse},
+             {"J", "kg m^2", 0.1, 1e-9, 1e9, "inertia of the actuator's side", Scale::inertia, {0.02, 0.2}},
+             {"zeta", "1", 0.2, 0.0, 10.0, "damping ratio of that side on its spring", Scale::ratio, {0.2}}}};
   }
-  static constexpr int memories = 2;  // f, and tau0 at the same instant; N m
+  static constexpr int states = 2;  // theta, rad, and theta', rad/s
   template <class T>
-  static void begin(const T*, const JointView<T>&, T* now) {
-    now[0] = now[1] = T(HUGE_VAL);  // not known yet: the first look takes the rigid effort
+  static void initial(const T* p, const JointView<T>& s, const T& holding, T* out) {
+    out[0] = s.q + (holding + s.stiffness * (s.q - s.rest)) / p[0];
+    out[1] = s.v;
   }
   template <class T>
-  static void remember(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) {
-    const T give = T(1.0) / p[0];
-    const T share = T(1.0) / (T(1.0) + s.stiffness * give);  // f in the long run over tau0
-    const T time = give * s.damping * share;                 // s
-    const Mask<T> known = before[0] < T(HUGE_VAL);
-    const T f0 = select(known, before[0], s.drive * share), tau0 = select(known, before[1], s.drive);
-    const T slope = select(dt > T(0.0), (s.drive - tau0) / max(dt, T(1e-300)), T(0.0)) * share;
-    const T left = select(time > T(0.0), exp(T(0.0) - min(dt / max(time, T(1e-300)), T(700.0))), T(0.0));
-    const T start = select(dt > T(0.0), tau0, s.drive) * share - slope * time;
-    const T f = s.drive * share - slope * time + (f0 - start) * left;
-    now[0] = select(dt > T(0.0), f, select(time > T(0.0), f0, s.drive * share));
-    now[1] = s.drive;
+  static void rate(const T* p, const JointView<T>& s, T* out) {
+    const Mask<T> rigid = !(T(1.0) / p[0] > T(0.0));
+    out[0] = select(rigid, s.v, s.z[1]);
+    out[1] = select(rigid, T(0.0), (driven(s) - pull(p, s)) / p[1]);
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return select(T(1.0) / p[0] > T(0.0), s.m[0] - s.drive, T(0.0));
+    return select(T(1.0) / p[0] > T(0.0), pull(p, s) - driven(s), T(0.0));
+  }
+
+ private:
+  template <class T>
+  static T driven(const JointView<T>& s) {
+    return s.drive + s.damping * s.v + s.stiffness * (s.q - s.rest);
+  }
+  template <class T>
+  static T pull(const T* p, const JointView<T>& s) {
+    return p[0] * (s.z[0] - s.q) + T(2.0) * p[2] * sqrt(p[0] * p[1]) * (s.z[1] - s.v);
   }
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/catalogue.h"
+#include "physics/effects/cap.h"
 
 namespace lacuna {
 
@@ -10,16 +10,18 @@ struct SupplyPressureSag {
     return {"supply_pressure_sag",
             "Supply pressure sag",
             Where::arm,
-            "u_j -> u_j (1 - depth (1 - exp(-D/flow))), D = sum of |u| over the joints",
+            "u_j -> u_j (1 - depth x (1 + x^n)^(-1/n)), x = Q/flow, Q the sum of |v| over the joints",
             "a joint is weak exactly when others move",
             "actuator_saturation, gain",
             "pump curve and relief valve in series; H. E. Merritt, Hydraulic Control Systems, 1967, ch. 11",
-            {{"depth", "1", 0.0, -1.0, 1.0, "share of the gain lost at large demand", Scale::ratio, {0.2}},
-             {"flow", "V", 10.0, 1e-3, 1e6, "demand at which most of it is lost", Scale::command, {2.0, 10.0}}}};
+            {{"depth", "1", 0.0, -1.0, 1.0, "share of the gain lost at large flow", Scale::ratio, {0.2}},
+             {"flow", "rad/s", 10.0, 1e-4, 1e6, "total speed at which most of it is lost", Scale::velocity, {1.0, 5.0}},
+             cap_sharpness()}};
   }
   template <class T>
   static T command(const T* p, const JointView<T>& s) {
-    return s.u * (T(1.0) - p[0] * (T(1.0) - exp(T(0.0) - min(s.demand / p[1], T(700.0)))));
+    const T x = s.flow / p[1];
+    return s.u * (T(1.0) - p[0] * x * capped_share(x, p[2]));
   }
 };
 

@@ -136,13 +136,14 @@ TEST(CommandEffect, ActsOnTheBlockAsTheSameForceComputedByHand) {
     EffectSpec spec;
     std::function<double(double)> by_hand;
   };
-  const std::vector<Case> cases = {
-      {effect("valve_offset", "slide", {{"b", 0.7}}), [](double u) { return u + 0.7; }},
-      {effect("valve_deadband", "slide", {{"d", 0.9}}),
-       [](double u) { return u > 0.9    ? u - 0.9
-                             : u < -0.9 ? u + 0.9
-                                        : 0.0; }},
-      {effect("actuator_saturation", "slide", {{"cap", 1.3}}), [](double u) { return 1.3 * std::tanh(u / 1.3); }}};
+  const std::vector<Case> cases = {{effect("valve_offset", "slide", {{"b", 0.7}}), [](double u) { return u + 0.7; }},
+                                   {effect("valve_deadband", "slide", {{"d", 0.9}}),
+                                    [](double u) { return u > 0.9    ? u - 0.9
+                                                          : u < -0.9 ? u + 0.9
+                                                                     : 0.0; }},
+                                   {effect("actuator_saturation", "slide", {{"cap", 1.3}}), [](double u) {
+                                      return u * std::pow(1.0 + std::pow(std::fabs(u) / 1.3, 3.0), -1.0 / 3.0);
+                                    }}};
   const Drive drive = sine_drive(1, 4.0, 0.01, 6.0);
   for (const Case& c : cases) {
     Drive changed = drive;
@@ -160,7 +161,7 @@ TEST(CommandEffect, OrderIsDelayThenOffsetThenDeadbandThenSaturation) {
   for (std::size_t k = 0; k < drive.time.size(); ++k) {
     const double u = drive.u[0][k < 3 ? 0 : k - 3] + 0.4;  // three samples late
     const double alive = std::copysign(std::max(std::fabs(u) - 0.5, 0.0), u);
-    changed.u[0][k] = 2.0 * std::tanh(alive / 2.0);
+    changed.u[0][k] = alive * std::pow(1.0 + std::pow(std::fabs(alive) / 2.0, 3.0), -1.0 / 3.0);
   }
   const BlockRun with = run_block(
       drive, 0.0,
