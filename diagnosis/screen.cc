@@ -347,15 +347,23 @@ bool can_act(const Hooks<double>& hooks, const CurrentModel& current, const Expe
   return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
 }
 
+/// Whether joint j's actuator stands for a valve and a cylinder: all models do but those whose command is the effort.
+bool is_hydraulic(const CurrentModel& current, int j) {
+  const int type = current.model.actuators()[static_cast<std::size_t>(j)].type;
+  return type >= 0 && std::string(actuator_table()[static_cast<std::size_t>(type)].name) != "direct_effort";
+}
+
 /// Places where the effect can show.
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
   std::vector<EffectSpec> out;
   const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
   if (info.where == Where::arm) {
-    out.push_back({info.name, "arm", {}, {}, info.name});
+    bool any = !info.hydraulic;
+    for (int j = 0; j < current.model.dof(); ++j) any = any || is_hydraulic(current, j);
+    if (any) out.push_back({info.name, "arm", {}, {}, info.name});
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
-      if (!can_act(hooks, current, experiment, j)) continue;
+      if (!can_act(hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
       out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
     }
   }

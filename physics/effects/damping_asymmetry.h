@@ -7,14 +7,17 @@ namespace lacuna {
 /// Damping that differs with the direction of motion (unequal areas, check valves). Neutral at a = 0.
 struct DampingAsymmetry {
   static EffectInfo info() {
-    return {"damping_asymmetry",
-            "Damping asymmetry",
-            Where::joint,
-            "damping -> (1 + a) damping for v < 0",
-            "one direction slower",
-            "valve_offset, valve_asymmetry",
-            "H. E. Merritt, Hydraulic Control Systems, 1967, ch. 6 (single-rod cylinders)",
-            {{"a", "1", 0.0, -1.0, 100.0, "share by which negative motion is damped more", Scale::ratio, {0.2}}}};
+    EffectInfo info{
+        "damping_asymmetry",
+        "Damping asymmetry",
+        Where::joint,
+        "damping -> (1 + a) damping for v < 0",
+        "one direction slower",
+        "valve_offset, valve_asymmetry",
+        "H. E. Merritt, Hydraulic Control Systems, 1967, ch. 6 (single-rod cylinders)",
+        {{"a", "1", 0.0, -1.0, 100.0, "share by which negative motion is damped more", Scale::ratio, {0.2}}}};
+    info.hydraulic = true;
+    return info;
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {

@@ -7,22 +7,24 @@ namespace lacuna {
 /// A cylinder on a lever pulls with an arm that varies with the angle; its first harmonic. Neutral at ratio = 0.
 struct LeverArmVariation {
   static EffectInfo info() {
-    return {"lever_arm_variation",
-            "Lever arm variation",
-            Where::joint,
-            "u -> u (1 + ratio (sin(q + phase) - sin(phase)))",
-            "the gain depends on the angle",
-            "gravity, stiffness_hardening",
-            "law of sines at a cylinder on a lever, r = a b sin(phi)/c, to the first harmonic of the angle",
-            {{"ratio", "1", 0.0, 0.0, 10.0, "variation over the arm at zero angle", Scale::ratio, {0.3}},
-             {"phase",
-              "rad",
-              0.0,
-              -7.0,
-              7.0,
-              "angle of the variation at zero joint angle",
-              Scale::ratio,
-              {0.0, 1.5, 3.1, -1.5}}}};
+    EffectInfo info{"lever_arm_variation",
+                    "Lever arm variation",
+                    Where::joint,
+                    "u -> u (1 + ratio (sin(q + phase) - sin(phase)))",
+                    "the gain depends on the angle",
+                    "gravity, stiffness_hardening",
+                    "law of sines at a cylinder on a lever, r = a b sin(phi)/c, to the first harmonic of the angle",
+                    {{"ratio", "1", 0.0, 0.0, 10.0, "variation over the arm at zero angle", Scale::ratio, {0.3}},
+                     {"phase",
+                      "rad",
+                      0.0,
+                      -7.0,
+                      7.0,
+                      "angle of the variation at zero joint angle",
+                      Scale::ratio,
+                      {0.0, 1.5, 3.1, -1.5}}}};
+    info.hydraulic = true;
+    return info;
   }
   template <class T>
   static T command(const T* p, const JointView<T>& s) {

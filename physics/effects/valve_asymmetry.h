@@ -7,14 +7,16 @@ namespace lacuna {
 /// The two directions of a valve with unequal edges, or of a cylinder with unequal areas. Neutral at a = 0.
 struct ValveAsymmetry {
   static EffectInfo info() {
-    return {"valve_asymmetry",
-            "Valve asymmetry",
-            Where::joint,
-            "u -> (1 - a) u for u < 0",
-            "one direction weaker",
-            "valve_offset, damping_asymmetry",
-            "H. E. Merritt, Hydraulic Control Systems, 1967, ch. 5",
-            {{"a", "1", 0.0, -5.0, 1.0, "share by which negative commands are weaker", Scale::ratio, {0.1}}}};
+    EffectInfo info{"valve_asymmetry",
+                    "Valve asymmetry",
+                    Where::joint,
+                    "u -> (1 - a) u for u < 0",
+                    "one direction weaker",
+                    "valve_offset, damping_asymmetry",
+                    "H. E. Merritt, Hydraulic Control Systems, 1967, ch. 5",
+                    {{"a", "1", 0.0, -5.0, 1.0, "share by which negative commands are weaker", Scale::ratio, {0.1}}}};
+    info.hydraulic = true;
+    return info;
   }
   template <class T>
   static T command(const T* p, const JointView<T>& s) {

@@ -7,14 +7,16 @@ namespace lacuna {
 /// Play in the valve's linkage or its magnet: the spool follows the command once it has moved by h. Neutral at h = 0.
 struct ValveHysteresis {
   static EffectInfo info() {
-    return {"valve_hysteresis",
-            "Valve hysteresis",
-            Where::joint,
-            "play of half-width h on u",
-            "a loop in the response against the command",
-            "valve_deadband, backlash",
-            "M. Brokate and J. Sprekels, Hysteresis and Phase Transitions, 1996, ch. 2 (play operator)",
-            {{"h", "V", 0.0, 0.0, 1e6, "half-width of the play", Scale::command, {0.03, 0.12}}}};
+    EffectInfo info{"valve_hysteresis",
+                    "Valve hysteresis",
+                    Where::joint,
+                    "play of half-width h on u",
+                    "a loop in the response against the command",
+                    "valve_deadband, backlash",
+                    "M. Brokate and J. Sprekels, Hysteresis and Phase Transitions, 1996, ch. 2 (play operator)",
+                    {{"h", "V", 0.0, 0.0, 1e6, "half-width of the play", Scale::command, {0.03, 0.12}}}};
+    info.hydraulic = true;
+    return info;
   }
   static constexpr int memories = 1;
   template <class T>
