@@ -1,7 +1,6 @@
 // SIMD packs as a scalar type. Include before any kernel template that shall run over packs.
 #pragma once
 
-#include <utility>
 #include <xsimd/xsimd.hpp>
 
 #include "backends/featherstone/scalar.h"
@@ -16,7 +15,7 @@ struct ScalarTraits<xsimd::batch<double, Arch>> {
 
 template <class Arch>
 void sincos(const xsimd::batch<double, Arch>& a, xsimd::batch<double, Arch>& s, xsimd::batch<double, Arch>& c) {
-  std::tie(s, c) = xsimd::sincos(a);
+  trigonometry::sincos_of(a, s, c);
 }
 
 }  // namespace lacuna

@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "backends/featherstone/sincos.h"
+
 namespace lacuna {
 
 /// Number of lanes and mask type of a scalar. Packs specialise this (physics/lanes.h).
@@ -38,10 +40,6 @@ inline double exp(double a) { return std::exp(a); }
 inline double log(double a) { return std::log(a); }
 inline double tanh(double a) { return std::tanh(a); }
 inline double floor(double a) { return std::floor(a); }
-inline void sincos(double a, double& s, double& c) {
-  s = std::sin(a);
-  c = std::cos(a);
-}
 
 /// One lane read or written. Packs are plain arrays of doubles in memory.
 template <class T>

@@ -45,14 +45,6 @@ template <class T>
 Vec3<T> transposed_times(const Mat3<T>& m, const Vec3<T>& a) {
   return a.x * m.r0 + a.y * m.r1 + a.z * m.r2;
 }
-template <class T>
-Mat3<T> transpose(const Mat3<T>& m) {
-  return {{m.r0.x, m.r1.x, m.r2.x}, {m.r0.y, m.r1.y, m.r2.y}, {m.r0.z, m.r1.z, m.r2.z}};
-}
-template <class T>
-Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) {
-  return {transposed_times(b, a.r0), transposed_times(b, a.r1), transposed_times(b, a.r2)};
-}
 
 /// Symmetric 3x3.
 template <class T>
@@ -70,15 +62,6 @@ Vec3<T> operator*(const Sym3<T>& m, const Vec3<T>& a) {
   return {m.xx * a.x + m.xy * a.y + m.xz * a.z, m.xy * a.x + m.yy * a.y + m.yz * a.z,
           m.xz * a.x + m.yz * a.y + m.zz * a.z};
 }
-template <class T>
-Mat3<T> full(const Sym3<T>& m) {
-  return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}};
-}
-/// Upper triangle of a matrix known to be symmetric.
-template <class T>
-Sym3<T> symmetric(const Mat3<T>& m) {
-  return {m.r0.x, m.r0.y, m.r0.z, m.r1.y, m.r1.z, m.r2.z};
-}
 /// m - s a a^T
 template <class T>
 Sym3<T> minus_outer(const Sym3<T>& m, const Vec3<T>& a, const T& s) {
@@ -91,34 +74,10 @@ Mat3<T> minus_outer(const Mat3<T>& m, const Vec3<T>& a, const Vec3<T>& b, const 
   const Vec3<T> c = s * a;
   return {m.r0 - c.x * b, m.r1 - c.y * b, m.r2 - c.z * b};
 }
-/// [a]x m, rows mixed: (a x) applied to every column of m
-template <class T>
-Mat3<T> cross_times(const Vec3<T>& a, const Mat3<T>& m) {
-  return {a.y * m.r2 - a.z * m.r1, a.z * m.r0 - a.x * m.r2, a.x * m.r1 - a.y * m.r0};
-}
-/// m [a]x
-template <class T>
-Mat3<T> times_cross(const Mat3<T>& m, const Vec3<T>& a) {
-  // row^T [a]x = (row x a)^T
-  return {cross(m.r0, a), cross(m.r1, a), cross(m.r2, a)};
-}
-/// e^T m e
-template <class T>
-Sym3<T> rotated(const Mat3<T>& e, const Sym3<T>& m) {
-  return symmetric(transpose(e) * (full(m) * e));
-}
-template <class T>
-Mat3<T> rotated(const Mat3<T>& e, const Mat3<T>& m) {
-  return transpose(e) * (m * e);
-}
 
 template <class T>
 Vec3<T> vec3(const Eigen::Vector3d& a) {
   return {T(a.x()), T(a.y()), T(a.z())};
-}
-template <class T>
-Mat3<T> mat3(const Eigen::Matrix3d& m) {
-  return {vec3<T>(m.row(0)), vec3<T>(m.row(1)), vec3<T>(m.row(2))};
 }
 
 }  // namespace lacuna

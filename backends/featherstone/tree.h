@@ -1,8 +1,9 @@
 // Our own rigid-body dynamics: Featherstone's recursive algorithms over any scalar type.
 //
 // Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008: RNEA (table 5.1), CRBA (6.2), ABA (7.1), with spatial
-// vectors kept as two three-vectors. Each body's frame is turned once, at construction, so that its joint axis is
-// local z: motion subspaces become unit vectors, U and D become a column of the articulated inertia.
+// vectors kept as two three-vectors. The frames of mount.h make motion subspaces unit vectors, U and D a column of the
+// articulated inertia, and every turn one about a coordinate axis. Linear accelerations are those of the frames' origins
+// as material points (Luh, Walker, Paul 1980), so that no linear velocity is needed.
 //
 // Structure (tree, placements) is shared by all lanes; mass properties and gravity may differ from lane to lane.
 // No allocation after construction. Not shared between threads.
@@ -11,7 +12,8 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "backends/featherstone/spatial.h"
+#include "backends/featherstone/articulated.h"
+#include "backends/featherstone/mount.h"
 #include "scenarios/robot.h"
 
 namespace lacuna {
@@ -51,38 +53,50 @@ class Tree {
   /// World poses of the bodies' URDF frames (one lane: meant for double).
   void body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) const requires std::same_as<T, double>;
 
-  const BodyMass<T>& body_mass(int body) const { return bodies_[static_cast<std::size_t>(body)].mass; }
-
  private:
   struct Body {
-    int parent = -1;
-    bool prismatic = false;
-    Eigen::Matrix3d align;  ///< URDF body frame <- kernel frame
-    Eigen::Matrix3d rest;   ///< kernel frame of this body <- of the parent, at q = 0
-    Eigen::Vector3d place;  ///< m, joint origin in the parent's kernel frame
+    Mount mount;
+    bool leaf = true, last = true;  ///< no child; the last among its siblings, hence the first to reach the parent
     BodyMass<T> mass;
-    T armature = T(0.0);
-    // Scratch of one evaluation, all in this body's kernel frame:
-    Mat3<T> from_parent;         ///< rotation, this <- parent
-    Vec3<T> origin;              ///< m, this origin in the parent's frame
-    Vec3<T> omega, vel;          ///< rad/s, m/s of the origin
-    Vec3<T> bias_ang, bias_lin;  ///< velocity-product acceleration of the joint
-    Vec3<T> alpha, acc;          ///< spatial acceleration
-    Sym3<T> A, C;                ///< articulated inertia [A B; B^T C]
-    Mat3<T> B;
-    Vec3<T> moment, force;  ///< bias force, then transmitted force
-    Vec3<T> u_ang, u_lin;   ///< U = inertia times the joint's unit motion
+    T armature = T(0.0);  ///< kg m^2 (kg)
+    Vec3<T> fall;         ///< m/s^2, roots: minus gravity, rest frame
+    // Scratch of one evaluation. The rest frame is the parent's, moved along the mount but not by the joint.
+    T c = T(1.0), s = T(0.0);    ///< cosine and sine of the joint's turn about z
+    T slide = T(0.0);            ///< m, along z from the rest frame's place to ours
+    Vec3<T> omega;               ///< rad/s
+    Vec3<T> bias_ang, bias_lin;  ///< rad/s^2, m/s^2, rest frame: acceleration by velocity products
+    Vec3<T> alpha, acc;          ///< rad/s^2, m/s^2
+    Vec3<T> moment, force;       ///< N m, N: of the body's own motion; then of all that it carries
+    Articulated<T> carried;      ///< what the children hand down
+    Vec3<T> u_ang, u_lin;        ///< U = articulated inertia times the joint's unit motion
     T d_inv = T(0.0), u = T(0.0);
+    T kept = T(0.0);   ///< share of U that the joint passes on: 1 where it is held
+    T total = T(0.0);  ///< kg, of the composite
+    Vec3<T> first;     ///< kg m, of the composite
+    Sym3<T> second;    ///< kg m^2, of the composite
   };
 
   void place_body(Body& body, const T& q);
   void move_body(Body& body, const T& v);
-  void eliminate_joint(Body& body, const T& tau, const T& free);
-  void add_to_parent(const Body& body, Body& parent);
-  void accelerate_body(Body& body, Vec3<T>& alpha, Vec3<T>& acc) const;
+  Articulated<T> gathered(const Body& body) const;
+  void solve_joint(Body& body, const Articulated<T>& I, const T& tau, const T& free);
+  void reduce_revolute(const Body& body, Articulated<T>& I) const;
+  void reduce_prismatic(const Body& body, Articulated<T>& I) const;
+  void solve_root(Body& body, const T& tau, const T& free);
+  template <bool to_root>
+  void give(const Body& body, const Articulated<T>& I, Body& parent) const;
+  template <bool to_root>
+  void hand_down(const Body& body, Articulated<T>& I);
+  void accelerate_body(Body& body) const;
+  void add_joint_acceleration(Body& body, const T& a) const;
+  void hand_down_composite(const Body& body);
+  void unit_force(const Body& body, Vec3<T>& moment, Vec3<T>& force) const;
+  void carry_force(const Body& body, Vec3<T>& moment, Vec3<T>& force) const;
+  Body& parent_of(const Body& body) { return bodies_[static_cast<std::size_t>(body.mount.parent)]; }
+  const Body& parent_of(const Body& body) const { return bodies_[static_cast<std::size_t>(body.mount.parent)]; }
 
   std::vector<Body> bodies_;
-  Vec3<T> gravity_;
+  std::vector<Joint> joints_;  ///< of the robot, for poses
 };
 
 }  // namespace lacuna

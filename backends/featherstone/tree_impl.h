@@ -4,27 +4,32 @@
 namespace lacuna {
 
 template <class T>
-Tree<T>::Tree(const Robot& robot) : bodies_(static_cast<std::size_t>(robot.dof())) {
-  for (int i = 0; i < robot.dof(); ++i) {
-    const Joint& joint = robot.joints()[static_cast<std::size_t>(i)];
-    Body& body = bodies_[static_cast<std::size_t>(i)];
-    body.parent = joint.parent;
-    body.prismatic = joint.prismatic();
-    body.align = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), joint.axis).toRotationMatrix();
-    const Eigen::Matrix3d parent_align =
-        joint.parent < 0 ? Eigen::Matrix3d::Identity().eval() : bodies_[static_cast<std::size_t>(joint.parent)].align;
-    body.rest = (parent_align.transpose() * joint.origin.linear() * body.align).transpose();
-    body.place = parent_align.transpose() * joint.origin.translation();
-    for (int k = 0; k < kLanes<T>; ++k) set_inertial(i, k, robot.body_inertial(i));
+Tree<T>::Tree(const Robot& robot) : bodies_(static_cast<std::size_t>(robot.dof())), joints_(robot.joints()) {
+  const std::vector<Mount> mounts = mounts_of(robot);
+  for (std::size_t i = bodies_.size(); i-- > 0;) {
+    Body& body = bodies_[i];
+    body.mount = mounts[i];
+    body.slide = T(body.mount.shift.z());
+    if (body.mount.prismatic) {
+      body.c = T(std::cos(body.mount.offset));
+      body.s = T(std::sin(body.mount.offset));
+    }
+    if (body.mount.parent < 0) continue;
+    body.last = parent_of(body).leaf;
+    parent_of(body).leaf = false;
   }
-  for (int k = 0; k < kLanes<T>; ++k) set_gravity(k, {0.0, 0.0, -9.81});
+  for (int k = 0; k < kLanes<T>; ++k) {
+    for (int i = 0; i < robot.dof(); ++i) set_inertial(i, k, robot.body_inertial(i));
+    set_gravity(k, {0.0, 0.0, -9.81});
+  }
 }
 
 template <class T>
 void Tree<T>::set_inertial(int index, int k, const Inertial& inertial) {
   Body& body = bodies_[static_cast<std::size_t>(index)];
-  const Eigen::Vector3d c = body.align.transpose() * inertial.com;
-  const Eigen::Matrix3d about_com = body.align.transpose() * inertial.inertia * body.align;
+  const Eigen::Matrix3d& align = body.mount.align;
+  const Eigen::Vector3d c = align.transpose() * (inertial.com - body.mount.origin);
+  const Eigen::Matrix3d about_com = align.transpose() * inertial.inertia * align;
   const Eigen::Matrix3d I =
       about_com + inertial.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
   set_lane(body.mass.mass, k, inertial.mass);
@@ -46,131 +51,251 @@ void Tree<T>::set_armature(int joint, int k, double inertia) {
 
 template <class T>
 void Tree<T>::set_gravity(int k, const Eigen::Vector3d& gravity) {
-  set_lane(gravity_.x, k, gravity.x());
-  set_lane(gravity_.y, k, gravity.y());
-  set_lane(gravity_.z, k, gravity.z());
+  for (Body& body : bodies_) {
+    if (body.mount.parent >= 0) continue;
+    const Eigen::Vector3d fall = body.mount.to_rest * -gravity;
+    set_lane(body.fall.x, k, fall.x());
+    set_lane(body.fall.y, k, fall.y());
+    set_lane(body.fall.z, k, fall.z());
+  }
 }
 
 template <class T>
-void Tree<T>::place_body(Body& body, const T& q) {
-  const Mat3<T> rest = mat3<T>(body.rest);
-  body.origin = vec3<T>(body.place);
-  if (body.prismatic) {
-    body.from_parent = rest;
-    body.origin += q * rest.r2;
+[[gnu::always_inline]] inline void Tree<T>::place_body(Body& body, const T& q) {
+  if (body.mount.prismatic) {
+    body.slide = T(body.mount.shift.z()) + q;
+  } else {
+    sincos(q + T(body.mount.offset), body.s, body.c);
+  }
+}
+
+/// Angular velocity, velocity-product accelerations, and the body's bias force.
+template <class T>
+[[gnu::always_inline]] inline void Tree<T>::move_body(Body& body, const T& v) {
+  if (body.mount.parent < 0) {
+    // A root turns or slides along one axis: its bias force has nothing in the direction that the joint leaves free.
+    body.omega = {T(0.0), T(0.0), body.mount.prismatic ? T(0.0) : v};
+    body.moment = body.force = {};
     return;
   }
-  T s, c;
-  sincos(q, s, c);
-  body.from_parent = {c * rest.r0 + s * rest.r1, c * rest.r1 - s * rest.r0, rest.r2};
+  const Vec3<T> omega = to_rest(body.mount, parent_of(body).omega);
+  const Vec3<T> across{v * omega.y, T(0.0) - v * omega.x, T(0.0)};  // omega x (0, 0, v)
+  if (body.mount.shifts) body.bias_lin = cross(omega, cross_shift(body.mount, omega, body.slide));
+  if (body.mount.prismatic) {
+    body.bias_lin += T(2.0) * across;
+  } else {
+    body.bias_ang = across;
+  }
+  body.omega = turned_back_z(omega, body.c, body.s);
+  if (!body.mount.prismatic) body.omega.z = body.omega.z + v;
+  body.moment = cross(body.omega, body.mass.inertia * body.omega);
+  body.force = cross(body.omega, cross(body.omega, body.mass.moment));
 }
 
-/// Velocity of the body, velocity-product terms, and the bias force v x* (I v).
+/// As gathered() and solve_joint() of a root, which needs no more than its joint's row.
 template <class T>
-void Tree<T>::move_body(Body& body, const T& v) {
-  if (body.parent < 0) {
-    body.omega = {};
-    body.vel = {};
-  } else {
-    const Body& parent = bodies_[static_cast<std::size_t>(body.parent)];
-    body.omega = body.from_parent * parent.omega;
-    body.vel = body.from_parent * (parent.vel + cross(parent.omega, body.origin));
-  }
-  if (body.prismatic) {
-    body.vel.z = body.vel.z + v;
-    body.bias_ang = {};
-    body.bias_lin = {v * body.omega.y, T(0.0) - v * body.omega.x, T(0.0)};
-  } else {
-    body.omega.z = body.omega.z + v;
-    body.bias_ang = {v * body.omega.y, T(0.0) - v * body.omega.x, T(0.0)};
-    body.bias_lin = {v * body.vel.y, T(0.0) - v * body.vel.x, T(0.0)};
-  }
+[[gnu::always_inline]] inline void Tree<T>::solve_root(Body& body, const T& tau, const T& free) {
   const BodyMass<T>& m = body.mass;
-  const Vec3<T> angular = m.inertia * body.omega + cross(m.moment, body.vel);
-  const Vec3<T> linear = m.mass * body.vel + cross(body.omega, m.moment);
-  body.moment = cross(body.omega, angular) + cross(body.vel, linear);
-  body.force = cross(body.omega, linear);
+  const Articulated<T>& I = body.carried;
+  T d = body.armature;
+  if (body.mount.prismatic) {
+    body.u_lin = {I.C.xz, I.C.yz, I.C.zz + m.mass};
+    d = d + body.u_lin.z;
+    body.u = tau - I.force.z;
+  } else {
+    body.u_lin = {I.B.r2.x - m.moment.y, I.B.r2.y + m.moment.x, I.B.r2.z};
+    d = d + (I.A.zz + m.inertia.zz);
+    body.u = tau - I.moment.z;
+  }
+  body.d_inv = free / d;
+}
+
+/// The body's own inertia and bias force with those that its children have handed down.
+template <class T>
+[[gnu::always_inline]] inline Articulated<T> Tree<T>::gathered(const Body& body) const {
+  const BodyMass<T>& m = body.mass;
+  const Vec3<T>& h = m.moment;
+  const T zero(0.0);
+  if (body.leaf) {
+    return {m.inertia,
+            {m.mass, zero, zero, m.mass, zero, m.mass},
+            {{zero, zero - h.z, h.y}, {h.z, zero, zero - h.x}, {zero - h.y, h.x, zero}},
+            body.moment,
+            body.force};
+  }
+  Articulated<T> I = body.carried;
+  I.A += m.inertia;
+  I.C.xx = I.C.xx + m.mass, I.C.yy = I.C.yy + m.mass, I.C.zz = I.C.zz + m.mass;
+  I.B.r0.y = I.B.r0.y - h.z, I.B.r0.z = I.B.r0.z + h.y;
+  I.B.r1.x = I.B.r1.x + h.z, I.B.r1.z = I.B.r1.z - h.x;
+  I.B.r2.x = I.B.r2.x - h.y, I.B.r2.y = I.B.r2.y + h.x;
+  I.moment += body.moment;
+  I.force += body.force;
+  return I;
 }
 
 template <class T>
-void Tree<T>::eliminate_joint(Body& body, const T& tau, const T& free) {
-  if (body.prismatic) {
-    body.u_ang = {body.B.r0.z, body.B.r1.z, body.B.r2.z};
-    body.u_lin = {body.C.xz, body.C.yz, body.C.zz};
-    body.d_inv = free / (body.C.zz + body.armature);
-    body.u = tau - body.force.z;
+[[gnu::always_inline]] inline void Tree<T>::solve_joint(Body& body, const Articulated<T>& I, const T& tau,
+                                                        const T& free) {
+  if (body.mount.prismatic) {
+    body.u_ang = {I.B.r0.z, I.B.r1.z, I.B.r2.z};
+    body.u_lin = {I.C.xz, I.C.yz, I.C.zz};
+    body.d_inv = free / (I.C.zz + body.armature);
+    body.u = tau - I.force.z;
   } else {
-    body.u_ang = {body.A.xz, body.A.yz, body.A.zz};
-    body.u_lin = body.B.r2;
-    body.d_inv = free / (body.A.zz + body.armature);
-    body.u = tau - body.moment.z;
+    body.u_ang = {I.A.xz, I.A.yz, I.A.zz};
+    body.u_lin = I.B.r2;
+    body.d_inv = free / (I.A.zz + body.armature);
+    body.u = tau - I.moment.z;
+  }
+  body.kept = (T(1.0) - free) + body.armature * body.d_inv;
+}
+
+/// What the joint passes on of I, turned into the rest frame's axes; joint about z. Where it is free and has no armature
+/// nothing of U is kept: a row and a column of the inertia are zero.
+template <class T>
+[[gnu::always_inline]] inline void Tree<T>::reduce_revolute(const Body& body, Articulated<T>& I) const {
+  const T &c = body.c, &s = body.s, x = body.d_inv * body.u_ang.x, y = body.d_inv * body.u_ang.y;
+  const T axx = I.A.xx - x * body.u_ang.x, axy = I.A.xy - x * body.u_ang.y, ayy = I.A.yy - y * body.u_ang.y;
+  const T p = c * axx - s * axy, q = c * axy - s * ayy;
+  I.A.yy = s * (s * axx + c * axy) + c * (s * axy + c * ayy);
+  I.A.xx = c * p - s * q;
+  I.A.xy = s * p + c * q;
+  const Vec3<T> bx = turned_z(I.B.r0 - x * body.u_lin, c, s), by = turned_z(I.B.r1 - y * body.u_lin, c, s);
+  I.B.r0 = c * bx - s * by;
+  I.B.r1 = s * bx + c * by;
+  I.C = turned_z(minus_outer(I.C, body.u_lin, body.d_inv), c, s);
+  if (any(body.kept != T(0.0))) {
+    const Vec3<T> row = turned_z(body.kept * body.u_ang, c, s);
+    I.A.xz = row.x, I.A.yz = row.y, I.A.zz = row.z;
+    I.B.r2 = turned_z(body.kept * body.u_lin, c, s);
+  } else {
+    I.A.xz = I.A.yz = I.A.zz = T(0.0);
+    I.B.r2 = {};
   }
 }
 
+/// The same; joint along z.
 template <class T>
-void Tree<T>::add_to_parent(const Body& body, Body& parent) {
-  const Sym3<T> A = minus_outer(body.A, body.u_ang, body.d_inv);
-  const Mat3<T> B = minus_outer(body.B, body.u_ang, body.u_lin, body.d_inv);
-  const Sym3<T> C = minus_outer(body.C, body.u_lin, body.d_inv);
-  const T drive = body.d_inv * body.u;
-  const Vec3<T> moment = body.moment + (A * body.bias_ang + B * body.bias_lin) + drive * body.u_ang;
-  const Vec3<T> force = body.force + (transposed_times(B, body.bias_ang) + C * body.bias_lin) + drive * body.u_lin;
+[[gnu::always_inline]] inline void Tree<T>::reduce_prismatic(const Body& body, Articulated<T>& I) const {
+  I.A = turned_z(minus_outer(I.A, body.u_ang, body.d_inv), body.c, body.s);
+  I.B = turned_z(minus_outer(I.B, body.u_ang, body.u_lin, body.d_inv), body.c, body.s);
+  I.C = turned_z(minus_outer(I.C, body.u_lin, body.d_inv), body.c, body.s);
+}
 
-  // Turn into the parent's axes, then shift the reference point by r: A' = A + [r]B^T - B'[r], B' = B + [r]C.
-  const Mat3<T>& e = body.from_parent;
-  const Vec3<T>& r = body.origin;
-  const Sym3<T> c = rotated(e, C);
-  const Mat3<T> b = rotated(e, B);
-  const Mat3<T> b_shifted = b + cross_times(r, full(c));
-  const Mat3<T> left = cross_times(r, transpose(b));
-  const Mat3<T> right = times_cross(b_shifted, r);
-  parent.A += rotated(e, A) + symmetric(Mat3<T>{left.r0 - right.r0, left.r1 - right.r1, left.r2 - right.r2});
-  parent.B += b_shifted;
-  parent.C += c;
-  const Vec3<T> f = transposed_times(e, force);
-  parent.moment += transposed_times(e, moment) + cross(r, f);
-  parent.force += f;
+/// Adds to what the parent carries; of a root's share only the joint's own row is ever looked at.
+template <class T>
+template <bool to_root>
+[[gnu::always_inline]] inline void Tree<T>::give(const Body& body, const Articulated<T>& I, Body& parent) const {
+  Articulated<T>& sum = parent.carried;
+  if constexpr (to_root) {
+    if (body.last) sum = {};
+    if (parent.mount.prismatic) {
+      sum.C.xz = sum.C.xz + I.C.xz, sum.C.yz = sum.C.yz + I.C.yz, sum.C.zz = sum.C.zz + I.C.zz;
+      sum.force.z = sum.force.z + I.force.z;
+    } else {
+      sum.A.zz = sum.A.zz + I.A.zz;
+      sum.B.r2 += I.B.r2;
+      sum.moment.z = sum.moment.z + I.moment.z;
+    }
+  } else if (body.last) {
+    sum = I;
+  } else {
+    sum += I;
+  }
+}
+
+/// What the body passes on to its parent: I reduced by the joint, its bias force with what moves the joint.
+template <class T>
+template <bool to_root>
+[[gnu::always_inline]] inline void Tree<T>::hand_down(const Body& body, Articulated<T>& I) {
+  const Mount& mount = body.mount;
+  const T drive = body.d_inv * body.u;
+  I.moment = turned_z(I.moment + drive * body.u_ang, body.c, body.s);
+  I.force = turned_z(I.force + drive * body.u_lin, body.c, body.s);
+  if (mount.prismatic) {
+    reduce_prismatic(body, I);
+  } else {
+    reduce_revolute(body, I);
+    const T &x = body.bias_ang.x, &y = body.bias_ang.y;
+    I.moment += x * Vec3<T>{I.A.xx, I.A.xy, I.A.xz} + y * Vec3<T>{I.A.xy, I.A.yy, I.A.yz};
+    I.force += x * I.B.r0 + y * I.B.r1;
+  }
+  if (mount.shifts) {
+    I.moment += I.B * body.bias_lin;
+    I.force += I.C * body.bias_lin;
+  }
+  if (mount.shift.x() != 0.0) shift_x(I, T(mount.shift.x()));
+  if (mount.shift.y() != 0.0) shift_y(I, T(mount.shift.y()));
+  if (mount.prismatic || mount.shift.z() != 0.0) shift_z(I, body.slide);
+  if (mount.swings || mount.tilt == Tilt::any) {
+    I = turned_to_parent(mount, I);
+  } else if (mount.tilt == Tilt::quarter) {
+    I = quarter_x(I);
+  }
+  give<to_root>(body, I, parent_of(body));
 }
 
 /// Acceleration of the body without its joint's own: the parent's, carried over, plus the velocity products.
 template <class T>
-void Tree<T>::accelerate_body(Body& body, Vec3<T>& alpha, Vec3<T>& acc) const {
-  if (body.parent < 0) {
-    alpha = body.bias_ang;
-    acc = body.from_parent * (T(-1.0) * gravity_) + body.bias_lin;
+[[gnu::always_inline]] inline void Tree<T>::accelerate_body(Body& body) const {
+  if (body.mount.parent < 0) {
+    body.alpha = {};
+    body.acc = turned_back_z(body.fall, body.c, body.s);
     return;
   }
-  const Body& parent = bodies_[static_cast<std::size_t>(body.parent)];
-  alpha = body.from_parent * parent.alpha + body.bias_ang;
-  acc = body.from_parent * (parent.acc + cross(parent.alpha, body.origin)) + body.bias_lin;
+  const Body& parent = parent_of(body);
+  Vec3<T> alpha = to_rest(body.mount, parent.alpha), acc = to_rest(body.mount, parent.acc);
+  if (body.mount.shifts) acc += cross_shift(body.mount, alpha, body.slide) + body.bias_lin;
+  alpha.x = alpha.x + body.bias_ang.x;
+  alpha.y = alpha.y + body.bias_ang.y;
+  body.alpha = turned_back_z(alpha, body.c, body.s);
+  body.acc = turned_back_z(acc, body.c, body.s);
+}
+
+template <class T>
+[[gnu::always_inline]] inline void Tree<T>::add_joint_acceleration(Body& body, const T& a) const {
+  T& own = body.mount.prismatic ? body.acc.z : body.alpha.z;
+  own = own + a;
 }
 
 template <class T>
 void Tree<T>::forward_dynamics(const T* q, const T* v, const T* tau, const T* free, T* a, T* imbalance) {
   const std::size_t n = bodies_.size();
   for (std::size_t i = 0; i < n; ++i) {
-    Body& body = bodies_[i];
-    place_body(body, q[i]);
-    move_body(body, v[i]);
-    const BodyMass<T>& m = body.mass;
-    const T zero(0.0);
-    body.A = m.inertia;
-    body.B = {{zero, zero - m.moment.z, m.moment.y},
-              {m.moment.z, zero, zero - m.moment.x},
-              {zero - m.moment.y, m.moment.x, zero}};
-    body.C = {m.mass, zero, zero, m.mass, zero, m.mass};
+    place_body(bodies_[i], q[i]);
+    move_body(bodies_[i], v[i]);
   }
   for (std::size_t i = n; i-- > 0;) {
-    eliminate_joint(bodies_[i], tau[i], free[i]);
-    if (bodies_[i].parent >= 0) add_to_parent(bodies_[i], bodies_[static_cast<std::size_t>(bodies_[i].parent)]);
+    Body& body = bodies_[i];
+    if (body.mount.parent < 0) {
+      solve_root(body, tau[i], free[i]);
+      continue;
+    }
+    Articulated<T> I = gathered(body);
+    solve_joint(body, I, tau[i], free[i]);
+    if (parent_of(body).mount.parent < 0) {
+      hand_down<true>(body, I);
+    } else {
+      hand_down<false>(body, I);
+    }
   }
   for (std::size_t i = 0; i < n; ++i) {
     Body& body = bodies_[i];
-    accelerate_body(body, body.alpha, body.acc);
+    accelerate_body(body);
     imbalance[i] = body.u - (dot(body.u_ang, body.alpha) + dot(body.u_lin, body.acc));
     a[i] = imbalance[i] * body.d_inv;
-    (body.prismatic ? body.acc.z : body.alpha.z) = (body.prismatic ? body.acc.z : body.alpha.z) + a[i];
+    add_joint_acceleration(body, a[i]);
   }
+}
+
+/// A force on the body about its origin becomes one about the parent's origin, in the parent's axes.
+template <class T>
+void Tree<T>::carry_force(const Body& body, Vec3<T>& moment, Vec3<T>& force) const {
+  const Vec3<T> f = turned_z(force, body.c, body.s);
+  const Vec3<T> m = turned_z(moment, body.c, body.s) - cross_shift(body.mount, f, body.slide);
+  force = to_parent(body.mount, f);
+  moment = to_parent(body.mount, m);
 }
 
 template <class T>
@@ -180,21 +305,52 @@ void Tree<T>::inverse_dynamics(const T* q, const T* v, const T* a, T* tau) {
     Body& body = bodies_[i];
     place_body(body, q[i]);
     move_body(body, v[i]);
-    accelerate_body(body, body.alpha, body.acc);
-    (body.prismatic ? body.acc.z : body.alpha.z) = (body.prismatic ? body.acc.z : body.alpha.z) + a[i];
+    accelerate_body(body);
+    add_joint_acceleration(body, a[i]);
     const BodyMass<T>& m = body.mass;
     body.moment += m.inertia * body.alpha + cross(m.moment, body.acc);
     body.force += m.mass * body.acc + cross(body.alpha, m.moment);
   }
   for (std::size_t i = n; i-- > 0;) {
-    const Body& body = bodies_[i];
-    tau[i] = (body.prismatic ? body.force.z : body.moment.z) + body.armature * a[i];
-    if (body.parent < 0) continue;
-    Body& parent = bodies_[static_cast<std::size_t>(body.parent)];
-    const Vec3<T> f = transposed_times(body.from_parent, body.force);
-    parent.force += f;
-    parent.moment += transposed_times(body.from_parent, body.moment) + cross(body.origin, f);
+    Body& body = bodies_[i];
+    tau[i] = (body.mount.prismatic ? body.force.z : body.moment.z) + body.armature * a[i];
+    if (body.mount.parent < 0) continue;
+    carry_force(body, body.moment, body.force);
+    parent_of(body).force += body.force;
+    parent_of(body).moment += body.moment;
   }
+}
+
+/// Force that gives the composite from this body outwards a unit acceleration of its joint.
+template <class T>
+void Tree<T>::unit_force(const Body& body, Vec3<T>& moment, Vec3<T>& force) const {
+  const T zero(0.0);
+  if (body.mount.prismatic) {
+    moment = {body.first.y, zero - body.first.x, zero};
+    force = {zero, zero, body.total};
+  } else {
+    moment = {body.second.xz, body.second.yz, body.second.zz};
+    force = {zero - body.first.y, body.first.x, zero};
+  }
+}
+
+/// Adds the composite to the parent's. Parallel axes: I' = I + 2 (r.h) 1 - r h^T - h r^T + m (r.r 1 - r r^T).
+template <class T>
+void Tree<T>::hand_down_composite(const Body& body) {
+  const Vec3<T> r{T(body.mount.shift.x()), T(body.mount.shift.y()), body.slide};
+  const Vec3<T> h = turned_z(body.first, body.c, body.s), mr = body.total * r;
+  const T two(2.0), diagonal = two * dot(r, h) + dot(r, mr);
+  Sym3<T> I = turned_z(body.second, body.c, body.s);
+  I.xx = I.xx + diagonal - two * r.x * h.x - mr.x * r.x;
+  I.yy = I.yy + diagonal - two * r.y * h.y - mr.y * r.y;
+  I.zz = I.zz + diagonal - two * r.z * h.z - mr.z * r.z;
+  I.xy = I.xy - r.x * h.y - h.x * r.y - mr.x * r.y;
+  I.xz = I.xz - r.x * h.z - h.x * r.z - mr.x * r.z;
+  I.yz = I.yz - r.y * h.z - h.y * r.z - mr.y * r.z;
+  Body& parent = parent_of(body);
+  parent.second += to_parent(body.mount, I);
+  parent.first += to_parent(body.mount, h + mr);
+  parent.total = parent.total + body.total;
 }
 
 template <class T>
@@ -204,62 +360,36 @@ void Tree<T>::mass_matrix(const T* q, T* mass) {
   for (std::size_t i = 0; i < n; ++i) {
     Body& body = bodies_[i];
     place_body(body, q[i]);
-    body.A = body.mass.inertia;
-    body.force = body.mass.moment;  // the composite's first moment and mass stand in B and C
-    body.u = body.mass.mass;
+    body.total = body.mass.mass;
+    body.first = body.mass.moment;
+    body.second = body.mass.inertia;
   }
   for (std::size_t i = n; i-- > 0;) {
-    const Body& body = bodies_[i];
-    // Force that gives the composite a unit acceleration of joint i, then carried down to the root.
-    Vec3<T> moment = body.prismatic ? Vec3<T>{body.force.y, T(0.0) - body.force.x, T(0.0)}
-                                    : Vec3<T>{body.A.xz, body.A.yz, body.A.zz};
-    Vec3<T> force =
-        body.prismatic ? Vec3<T>{T(0.0), T(0.0), body.u} : Vec3<T>{T(0.0) - body.force.y, body.force.x, T(0.0)};
-    mass[i * n + i] = (body.prismatic ? force.z : moment.z) + body.armature;
-    for (std::size_t j = i; bodies_[j].parent >= 0;) {
-      force = transposed_times(bodies_[j].from_parent, force);
-      moment = transposed_times(bodies_[j].from_parent, moment) + cross(bodies_[j].origin, force);
-      j = static_cast<std::size_t>(bodies_[j].parent);
-      mass[i * n + j] = mass[j * n + i] = bodies_[j].prismatic ? force.z : moment.z;
+    Vec3<T> moment, force;
+    unit_force(bodies_[i], moment, force);
+    mass[i * n + i] = (bodies_[i].mount.prismatic ? force.z : moment.z) + bodies_[i].armature;
+    for (std::size_t j = i; bodies_[j].mount.parent >= 0;) {
+      carry_force(bodies_[j], moment, force);
+      j = static_cast<std::size_t>(bodies_[j].mount.parent);
+      mass[i * n + j] = mass[j * n + i] = bodies_[j].mount.prismatic ? force.z : moment.z;
     }
-    if (body.parent < 0) continue;
-    Body& parent = bodies_[static_cast<std::size_t>(body.parent)];
-    const Vec3<T>& r = body.origin;
-    const Vec3<T> h = transposed_times(body.from_parent, body.force);
-    const T rh = dot(r, h), rr = dot(r, r), two(2.0);
-    Sym3<T> I = rotated(body.from_parent, body.A);
-    // Parallel axes: I' = I + 2 (r.h) 1 - r h^T - h r^T + m (r.r 1 - r r^T)
-    const T diagonal = two * rh + body.u * rr;
-    const Vec3<T> mr = body.u * r;
-    I.xx = I.xx + diagonal - two * r.x * h.x - mr.x * r.x;
-    I.yy = I.yy + diagonal - two * r.y * h.y - mr.y * r.y;
-    I.zz = I.zz + diagonal - two * r.z * h.z - mr.z * r.z;
-    I.xy = I.xy - r.x * h.y - h.x * r.y - mr.x * r.y;
-    I.xz = I.xz - r.x * h.z - h.x * r.z - mr.x * r.z;
-    I.yz = I.yz - r.y * h.z - h.y * r.z - mr.y * r.z;
-    parent.A += I;
-    parent.force += h + mr;
-    parent.u = parent.u + body.u;
+    if (bodies_[i].mount.parent >= 0) hand_down_composite(bodies_[i]);
   }
 }
 
 template <class T>
 void Tree<T>::body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) const requires std::same_as<T, double> {
   poses.resize(bodies_.size());
-  std::vector<Eigen::Isometry3d> kernel(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Body& body = bodies_[i];
-    Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
-    step.linear() = body.rest.transpose();
-    step.translation() = body.place;
-    if (body.prismatic) {
-      step.translate(Eigen::Vector3d(0.0, 0.0, q[i]));
+    const Joint& joint = joints_[i];
+    Eigen::Isometry3d pose =
+        joint.parent < 0 ? joint.origin : poses[static_cast<std::size_t>(joint.parent)] * joint.origin;
+    if (joint.prismatic()) {
+      pose.translate(q[i] * joint.axis);
     } else {
-      step.rotate(Eigen::AngleAxisd(q[i], Eigen::Vector3d::UnitZ()));
+      pose.rotate(Eigen::AngleAxisd(q[i], joint.axis));
     }
-    kernel[i] = body.parent < 0 ? step : kernel[static_cast<std::size_t>(body.parent)] * step;
-    poses[i] = kernel[i];
-    poses[i].linear() = kernel[i].linear() * body.align.transpose();
+    poses[i] = pose;
   }
 }
 
