@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "cli/diagnose_run.h"
 #include "cli/files.h"
-#include "cli/identify_flags.h"
 #include "cli/pictures.h"
 #include "cli/progress.h"
 #include "cli/table.h"
@@ -20,37 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct DiagnoseFlags {
-  IdentifyFlags identify;
-  bool no_engines = false;
-};
-
 constexpr const char* kScenarioName = "scenario.diagnosed.yaml";
-
-/// Refuses at once what the diagnosis would refuse later.
-void check(const Scenario& scenario) {
-  const PlantModel model(scenario);
-  const SearchSpace space(model, scenario);
-  if (make_experiment(scenario).with_role(Role::train).empty())
-    throw InputError(scenario.file.string() + ": recordings", "none with role train", "at least one");
-}
-
-Diagnosis run_diagnosis(Session& session, const DiagnoseFlags& flags, const Scenario& scenario,
-                        const fs::path& folder) {
-  DiagnoseOptions options;
-  options.identify = flags.identify.understood(session, engine_named(flags.identify.engine));
-  options.other_engines = !flags.no_engines;
-  RunControl& control = options.identify.control;
-  control.checkpoint = folder / "checkpoint.json";
-  session.checkpoints = {control.checkpoint, folder / "checkpoint.search.json"};
-  std::vector<std::string> words = flags.identify.words();
-  words.push_back(flags.identify.engine);
-  words.push_back(fmt::format("generations {} seed {}", flags.identify.generations, session.seed));
-  control.problem = fingerprint(scenario, words);
-  ProgressLine progress("preparing");
-  control.progress = progress.callback();
-  return diagnose(scenario, options);
-}
 
 std::vector<std::string> marked_joints(const Scenario& scenario, const Diagnosis& diagnosis) {
   std::vector<std::string> out;
@@ -99,11 +69,14 @@ void run(Session& session, const DiagnoseFlags& flags) {
   engine_named(flags.identify.engine);
   flags.identify.understood(session, flags.identify.engine);  // refuses unknown names at once
   const Scenario scenario = load_scenario(session.scenario_file);
-  check(scenario);
+  check_diagnosable(scenario);
   log_notes(scenario.notes);
   const fs::path folder = session.output_folder(scenario);
   refuse_overwriting(scenario.file, folder / kScenarioName);
-  const Diagnosis diagnosis = run_diagnosis(session, flags, scenario, folder);
+  const Diagnosis diagnosis = [&] {
+    ProgressLine progress("preparing");
+    return run_diagnosis(session, flags, scenario, folder, progress.callback());
+  }();
   std::vector<std::string> written = write_model(folder, scenario, diagnosis);
   std::vector<Picture> pictures;
   if (!flags.identify.no_pictures) pictures = report_pictures(folder, scenario, marked_joints(scenario, diagnosis));
@@ -123,15 +96,13 @@ void run(Session& session, const DiagnoseFlags& flags) {
 
 void add_diagnose(CLI::App& app, Session& session) {
   auto flags = std::make_shared<DiagnoseFlags>();
-  flags->identify.generations = 8;
   CLI::App& command = add_scenario_command(
       app, session, "diagnose",
       "Finds the physics that the model leaves out: where, what, how much, and how far the fit improves.\n"
       "Writes diagnosis.json, report.html, scenario.diagnosed.yaml and the identified robot to -o DIR, else\n"
       "out/<name>; interrupted, the same command resumes",
       "lacuna diagnose my_arm/scenario.yaml -o out/my_arm", [&session, flags] { run(session, *flags); });
-  flags->identify.add_to(command, false);
-  command.add_flag("--no-engines", flags->no_engines, "Leaves out the check of the found model on the other engines");
+  flags->add_to(command);
 }
 
 }  // namespace lacuna

@@ -11,6 +11,7 @@ find_package(xsimd REQUIRED)  # headers only; its CMake target drags in a librar
 find_package(Boost REQUIRED)
 find_package(Pagmo REQUIRED)
 find_package(PNG REQUIRED)
+find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom urdfdom_headers)
 pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)

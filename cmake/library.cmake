@@ -36,7 +36,7 @@ endif()
 target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
-          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PNG::PNG PkgConfig::URDFDOM PkgConfig::MATIO)
+          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PNG::PNG OpenSSL::Crypto PkgConfig::URDFDOM PkgConfig::MATIO)
 if(LACUNA_WITH_MUJOCO)
   target_include_directories(lacuna SYSTEM PRIVATE ${MUJOCO_INCLUDE} ${QHULL_R_INCLUDE})
   target_link_libraries(lacuna PRIVATE ${MUJOCO_LIBRARY})

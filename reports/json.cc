@@ -206,6 +206,8 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
   return text_of(out);
 }
 
+std::string to_json(const Context& context) { return text_of(json_of(context)); }
+
 std::string to_json(std::span<const FitResult> fits, const std::string& scenario, const Context& context) {
   Json records = Json::array();
   for (const FitResult& fit : fits) records.push_back(json_of(fit));

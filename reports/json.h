@@ -13,6 +13,9 @@ namespace lacuna {
 /// `diagnosis.json`, format lacuna-diagnosis/1.
 std::string to_json(const Diagnosis& diagnosis, const Context& context);
 
+/// The context block alone.
+std::string to_json(const Context& context);
+
 /// `fit.json`, format lacuna-fit/1: one record per engine.
 std::string to_json(std::span<const FitResult> fits, const std::string& scenario, const Context& context);
 std::string to_json(const FitResult& fit, const std::string& scenario, const Context& context);

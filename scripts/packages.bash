@@ -4,7 +4,7 @@
 base_packages=(
   build-essential cmake ninja-build ccache pkg-config git ca-certificates
   libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev libpagmo-dev
-  libpng-dev libspdlog-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
+  libpng-dev libspdlog-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
 )
 # The other engines, pictures and benchmarks: what `minimal` does without.
 engine_packages=(

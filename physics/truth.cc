@@ -1,0 +1,369 @@
+#include "physics/truth.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "backends/engine.h"
+#include "physics/engine_dynamics.h"
+#include "physics/plant.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kRipples = 24.0;   // of position_ripple, per radian
+constexpr double kPushLasts = 0.4;  // s
+constexpr double kShortest = 1e-8;  // s, shortest step: no event and no kink stops the clock
+constexpr double kFinestShare =
+    1e-3;                      // of a sample interval: below it an engine's own rounding rules the error estimate
+constexpr int kDecisions = 4;  // rounds of stick/slide decisions at one instant
+
+using State = std::vector<double>;
+
+struct OutsideName {
+  OutsidePhysics::Kind kind;
+  const char* name;
+};
+constexpr OutsideName kOutside[] = {{OutsidePhysics::Kind::position_ripple, "position_ripple"},
+                                    {OutsidePhysics::Kind::external_push, "external_push"},
+                                    {OutsidePhysics::Kind::command_dropout, "command_dropout"}};
+
+class TruthRun {
+ public:
+  TruthRun(const PlantModel& model, const Segment& segment, std::span<const double> values, const TruthOptions& options)
+      : plant_(model, EngineDynamics(find_engine(options.engine).build(model.robot_ptr(), model.gravity()))),
+        segment_(segment),
+        options_(options),
+        n_(static_cast<std::size_t>(model.dof())),
+        memory_(static_cast<std::size_t>(plant_.memories()), 0.0),
+        u_(n_, 0.0),
+        tau_(n_, 0.0),
+        free_(n_, 1.0),
+        direction_(n_, 0.0),
+        breakaway_(n_, 0.0),
+        imbalance_(n_, 0.0) {
+    plant_.bind(0, values);
+    x_.assign(2 * n_ + static_cast<std::size_t>(plant_.states()), 0.0);
+    rate_ = next_ = next_rate_ = error_ = x_;
+    for (std::size_t j = 0; j < n_; ++j) dry_.push_back(plant_.has_dry_friction(static_cast<int>(j)));
+  }
+
+  std::vector<std::vector<double>> run(const std::vector<Channel>& channels) {
+    std::vector<std::vector<double>> out(channels.size());
+    begin();
+    record(channels, out);
+    for (std::size_t k = 0; k + 1 < segment_.count; ++k) {
+      if (options_.stop != nullptr && *options_.stop) throw Interrupted();
+      advance(segment_.time(k + 1), segment_.time(k + 1) - segment_.time(k));
+      record(channels, out);
+    }
+    sense(channels, out);
+    return out;
+  }
+
+ private:
+  void begin() {
+    t_ = segment_.time(0);
+    for (std::size_t j = 0; j < n_; ++j) {
+      x_[j] = plant_.unsensed(static_cast<int>(j), segment_.q0[j]);
+      x_[n_ + j] = segment_.v0[j];
+    }
+    fetch_commands();
+    if (const auto rest = equilibrium()) {
+      std::copy(rest->begin(), rest->end(), x_.begin());
+      std::fill_n(x_.begin() + static_cast<std::ptrdiff_t>(n_), n_, 0.0);
+    }
+    begin_parts(x_.data());
+  }
+
+  /// States and memories for a start at `q`.
+  void begin_parts(const double* q) {
+    const State zero(n_, 0.0);
+    plant_.initial_states(q, zero.data(), u_.data(), x_.data() + 2 * n_);
+    plant_.begin_memories(instant(0.0), q, zero.data(), u_.data(), memory_.data());
+  }
+
+  /// Effort that holding still at `q` asks for less what the actuators give, dry friction left out.
+  Eigen::VectorXd unbalanced(const State& q) {
+    const State zero(n_, 0.0);
+    State holding(n_);
+    begin_parts(q.data());
+    plant_.dynamics().inverse_dynamics(q.data(), zero.data(), zero.data(), holding.data());
+    Eigen::VectorXd out(static_cast<Eigen::Index>(n_));
+    for (std::size_t j = 0; j < n_; ++j) {
+      const int joint = static_cast<int>(j);
+      out(static_cast<Eigen::Index>(j)) =
+          holding[j] - outside_effort(joint, q[j]) -
+          plant_.effort(joint, instant(0.0), q[j], 0.0, u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
+    }
+    return out;
+  }
+
+  std::optional<State> equilibrium() {
+    constexpr double kNudge = 1e-6, kLongest = 0.3, kFarthest = std::numbers::pi, kClose = 1e-11;  // rad, m
+    const Eigen::Index n = static_cast<Eigen::Index>(n_);
+    const State start(x_.begin(), x_.begin() + static_cast<std::ptrdiff_t>(n_));
+    State q = start;
+    for (int round = 0; round < 60; ++round) {
+      const Eigen::VectorXd off = unbalanced(q);
+      Eigen::MatrixXd slope(n, n);
+      for (Eigen::Index j = 0; j < n; ++j) {
+        State moved = q;
+        moved[static_cast<std::size_t>(j)] += kNudge;
+        slope.col(j) = (unbalanced(moved) - off) / kNudge;
+      }
+      Eigen::VectorXd move = slope.fullPivLu().solve(-off);
+      if (!move.allFinite() || slope.fullPivLu().rank() < n) return std::nullopt;
+      const double longest = move.cwiseAbs().maxCoeff();
+      if (longest > kLongest) move *= kLongest / longest;
+      for (std::size_t j = 0; j < n_; ++j) {
+        q[j] += move(static_cast<Eigen::Index>(j));
+        if (std::fabs(q[j] - start[j]) > kFarthest) return std::nullopt;
+      }
+      if (longest < kClose) return q;
+    }
+    return std::nullopt;
+  }
+
+  Instant<double> instant(double since) const { return {t_ + since, since, demand_}; }
+
+  /// Commands in force now, and when the next one of them jumps within the sample interval.
+  void fetch_commands() {
+    const std::vector<double>& time = segment_.commands->time;
+    next_jump_ = HUGE_VAL;
+    demand_ = 0.0;
+    for (std::size_t j = 0; j < n_; ++j) {
+      const double late = plant_.delay(static_cast<int>(j));
+      const auto after = std::upper_bound(time.begin(), time.end(), t_ - late + 1e-12 * (1.0 + t_));
+      const std::size_t i = after == time.begin() ? 0 : static_cast<std::size_t>(after - time.begin()) - 1;
+      u_[j] = segment_.commands->value[j][i];
+      if (after != time.end()) next_jump_ = std::min(next_jump_, *after + late);
+      drop_command(j);
+      demand_ += std::fabs(u_[j]);
+    }
+  }
+
+  void drop_command(std::size_t j) {
+    for (const OutsidePhysics& outside : options_.outside) {
+      if (outside.kind != OutsidePhysics::Kind::command_dropout || outside.joint != static_cast<int>(j)) continue;
+      for (const double from : times_of(outside)) {
+        for (const double edge : {from, from + outside.strength})
+          if (edge > t_ + 1e-12 * (1.0 + t_)) next_jump_ = std::min(next_jump_, edge);
+        if (t_ + 1e-12 * (1.0 + t_) >= from && t_ < from + outside.strength) u_[j] = 0.0;
+      }
+    }
+  }
+
+  std::vector<double> times_of(const OutsidePhysics& outside) const {
+    const std::size_t recording = static_cast<std::size_t>(segment_.recording);
+    return recording < outside.times.size() ? outside.times[recording] : std::vector<double>{};
+  }
+
+  double outside_effort(int joint, double q, double since = 0.0) const {
+    double sum = 0.0;
+    for (const OutsidePhysics& outside : options_.outside) {
+      if (outside.joint != joint) continue;
+      if (outside.kind == OutsidePhysics::Kind::position_ripple) sum += outside.strength * std::sin(kRipples * q);
+      if (outside.kind != OutsidePhysics::Kind::external_push) continue;
+      for (const double from : times_of(outside)) {
+        const double phase = (t_ + since - from) / kPushLasts;
+        if (phase > 0.0 && phase < 1.0) sum += outside.strength * std::sin(std::numbers::pi * phase);
+      }
+    }
+    return sum;
+  }
+
+  void derivative(double since, const State& x, State& dx) {
+    const double* q = x.data();
+    const double* v = q + n_;
+    for (std::size_t j = 0; j < n_; ++j) {
+      const int joint = static_cast<int>(j);
+      dx[j] = v[j];
+      tau_[j] = outside_effort(joint, q[j], since) + plant_.effort(joint, instant(since), q[j], v[j], u_[j], q + 2 * n_,
+                                                                   memory_.data(), dx.data() + 2 * n_, nullptr);
+      if (!dry_[j] || direction_[j] == 0.0) continue;
+      const double speed = std::max(v[j] * direction_[j], 0.0);
+      tau_[j] -= direction_[j] * plant_.dry_friction(joint, instant(since), q[j], speed, u_[j]);
+    }
+    plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
+  }
+
+  /// Carries the memories over the `since` seconds that ended now.
+  void remember(double since) {
+    if (memory_.empty()) return;
+    for (std::size_t j = 0; j < n_; ++j)
+      plant_.effort(static_cast<int>(j), {t_, since, demand_}, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
+                    memory_.data(), nullptr, memory_.data());
+  }
+
+  /// Break-away efforts now, and which joints are held.
+  void look_at_friction() {
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (!dry_[j]) continue;
+      const int joint = static_cast<int>(j);
+      plant_.effort(joint, instant(0.0), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
+                    nullptr);
+      breakaway_[j] = plant_.dry_friction(joint, instant(0.0), x_[j], 0.0, u_[j]);
+      if (breakaway_[j] <= 0.0) {
+        direction_[j] = 0.0;
+        free_[j] = 1.0;
+        continue;
+      }
+      if (direction_[j] == 0.0 && x_[n_ + j] != 0.0) direction_[j] = x_[n_ + j] > 0.0 ? 1.0 : -1.0;
+      free_[j] = direction_[j] == 0.0 ? 0.0 : 1.0;
+    }
+  }
+
+  /// Rates now, after every joint at rest was either held or set sliding. Joints that nothing holds still are `sure`.
+  void decide() {
+    look_at_friction();
+    derivative(0.0, x_, rate_);
+    for (int round = 0; round < kDecisions; ++round) {
+      bool changed = false;
+      for (std::size_t j = 0; j < n_; ++j) {
+        if (!dry_[j] || breakaway_[j] <= 0.0) continue;
+        if (free_[j] == 0.0 && std::fabs(imbalance_[j]) > breakaway_[j] && round + 1 < kDecisions) {
+          direction_[j] = imbalance_[j] > 0.0 ? 1.0 : -1.0;
+          free_[j] = 1.0;
+          changed = true;
+        } else if (free_[j] == 1.0 && x_[n_ + j] == 0.0 && rate_[n_ + j] * direction_[j] < 0.0) {
+          direction_[j] = free_[j] = 0.0;  // set free, yet driven back by its neighbours: it stays
+          changed = true;
+        }
+      }
+      if (!changed) return;
+      derivative(0.0, x_, rate_);
+    }
+  }
+
+  /// One step of h into next_; the largest error over tolerance.
+  double try_step(double h) {
+    stepper_.do_step([this](const State& x, State& dx, double since) { derivative(since, x, dx); }, x_, rate_, 0.0,
+                     next_, next_rate_, h, error_);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const double size = std::max(std::fabs(x_[i]), std::fabs(next_[i]));
+      worst = std::max(worst, std::fabs(error_[i]) / (options_.tolerance * (1.0 + size)));
+    }
+    return std::isfinite(worst) ? worst : HUGE_VAL;
+  }
+
+  /// Whether in the step just tried a sliding joint reversed or a held one was torn loose (`held` at its start).
+  bool has_event(std::size_t j, const std::vector<bool>& held) const {
+    if (!dry_[j] || breakaway_[j] <= 0.0) return false;
+    if (free_[j] == 0.0) return held[j] && std::fabs(imbalance_[j]) > breakaway_[j];
+    return next_[n_ + j] * direction_[j] < 0.0;
+  }
+  bool any_event(const std::vector<bool>& held) const {
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (has_event(j, held)) return true;
+    }
+    return false;
+  }
+
+  /// Shortens the step just tried to its first event, and settles that.
+  double stop_at_event(double h, const std::vector<bool>& held) {
+    double before = 0.0, after = h;
+    while (after - before > kShortest) {
+      const double middle = 0.5 * (before + after);
+      try_step(middle);
+      (any_event(held) ? after : before) = middle;
+    }
+    after = std::max(after, std::min(kShortest, h));
+    try_step(after);
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (!has_event(j, held)) continue;
+      const bool stops = free_[j] == 1.0;
+      direction_[j] = stops ? 0.0 : (imbalance_[j] > 0.0 ? 1.0 : -1.0);
+      if (stops) next_[n_ + j] = 0.0;
+    }
+    return after;
+  }
+
+  void advance(double end, double interval) {
+    const double close = 1e-12 * (1.0 + end), finest = kFinestShare * interval;
+    while (end - t_ > close) {
+      fetch_commands();
+      remember(0.0);
+      decide();
+      std::vector<bool> held;
+      for (std::size_t j = 0; j < n_; ++j) held.push_back(std::fabs(imbalance_[j]) <= breakaway_[j]);
+      const double left = std::min(end, next_jump_) - t_;
+      double h = std::min(left, step_ > 0.0 ? step_ : 0.25 * interval);
+      double error = try_step(h);
+      for (; error > 1.0 && h > finest; error = try_step(h))
+        h = std::max(finest, h * std::clamp(0.9 * std::pow(error, -0.2), 0.2, 0.9));
+      h = std::min(h, left);
+      step_ = std::max(finest, h * std::clamp(0.9 * std::pow(std::max(error, 1e-10), -0.2), 0.2, 5.0));
+      if (any_event(held)) h = stop_at_event(h, held);
+      x_ = next_;
+      t_ = left - h < close && next_jump_ >= end ? end : t_ + h;
+      remember(h);
+    }
+    t_ = end;
+    fetch_commands();
+    const bool finite = std::all_of(x_.begin(), x_.end(), [](double value) { return std::fabs(value) < 1e6; });
+    if (!finite) throw WorkError("the motion to be concealed diverges " + std::to_string(t_) + " s after its start");
+  }
+
+  void record(const std::vector<Channel>& channels, std::vector<std::vector<double>>& out) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const std::size_t j = static_cast<std::size_t>(channels[c].joint);
+      double value = x_[j];
+      if (channels[c].kind == ChannelKind::velocity) value = x_[n_ + j];
+      if (channels[c].kind == ChannelKind::effort)
+        value = plant_.effort(channels[c].joint, instant(0.0), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
+                              memory_.data(), nullptr, nullptr);
+      out[c].push_back(value);
+    }
+  }
+
+  void sense(const std::vector<Channel>& channels, std::vector<std::vector<double>>& out) const {
+    std::vector<double> time;
+    for (std::size_t k = 0; k < segment_.count; ++k) time.push_back(segment_.time(k));
+    for (std::size_t c = 0; c < channels.size(); ++c)
+      if (channels[c].kind == ChannelKind::position) plant_.sense(channels[c].joint, time, out[c].data(), 1);
+  }
+
+  Plant<double, EngineDynamics> plant_;
+  const Segment& segment_;
+  const TruthOptions& options_;
+  std::size_t n_;
+  double t_ = 0.0, next_jump_ = HUGE_VAL, demand_ = 0.0;  // s, s, V
+  double step_ = 0.0;                                     // s, the next one to try
+  State x_, rate_, next_, next_rate_, error_;             // q, v, z one after the other
+  std::vector<double> memory_, u_, tau_, free_, direction_, breakaway_, imbalance_;
+  std::vector<bool> dry_;
+  boost::numeric::odeint::runge_kutta_dopri5<State> stepper_;
+};
+
+}  // namespace
+
+std::optional<OutsidePhysics::Kind> outside_physics_named(const std::string& name) {
+  for (const OutsideName& known : kOutside)
+    if (name == known.name) return known.kind;
+  return std::nullopt;
+}
+
+const char* to_string(OutsidePhysics::Kind kind) {
+  for (const OutsideName& known : kOutside)
+    if (known.kind == kind) return known.name;
+  return "";
+}
+
+std::vector<std::string> outside_physics_names() {
+  std::vector<std::string> out;
+  for (const OutsideName& known : kOutside) out.emplace_back(known.name);
+  return out;
+}
+
+std::vector<std::vector<double>> simulate_truth(const PlantModel& model, const Segment& segment,
+                                                const std::vector<Channel>& channels, std::span<const double> values,
+                                                const TruthOptions& options) {
+  return TruthRun(model, segment, values, options).run(channels);
+}
+
+}  // namespace lacuna

@@ -1,0 +1,53 @@
+// A plant's motion by another integrator than the rollout's: what concealed recordings are made with.
+//
+// Identification runs Kutta's fourth-order steps of fixed length (rollout.h). Here it is the Dormand-Prince pair of orders
+// 5 and 4 with step control (Boost.odeint), on any engine's accelerations, and dry friction is an event that is bisected.
+// The equations of actuators and effects are the catalogue's own, written once; what differs is everything that carries
+// them through time. Physics that the catalogue does not have can be added here, and only here.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/executor.h"
+#include "physics/experiment.h"
+#include "physics/plant_model.h"
+
+namespace lacuna {
+
+/// Physics outside the catalogue, at one joint, for cases in which naming nothing is right.
+struct OutsidePhysics {
+  enum class Kind {
+    position_ripple,  ///< effort += strength sin(24 q), N m (N): cogging
+    external_push,    ///< effort += strength, as half sines of 0.4 s: somebody leans on the link
+    command_dropout   ///< the command is 0 for `strength` seconds
+  };
+  Kind kind = Kind::position_ripple;
+  int joint = 0;
+  double strength = 0.0;
+  /// s from the start, per recording of the scenario: when pushes and dropouts begin.
+  std::vector<std::vector<double>> times;
+};
+/// Names as in labels ("position_ripple"); empty for a name that is none of them.
+std::optional<OutsidePhysics::Kind> outside_physics_named(const std::string& name);
+const char* to_string(OutsidePhysics::Kind kind);
+std::vector<std::string> outside_physics_names();
+
+struct TruthOptions {
+  std::string engine = "simbody";
+  double tolerance = 1e-8;  ///< of a step, absolute and relative; rad and rad/s (m, m/s)
+  std::vector<OutsidePhysics> outside;
+  const StopFlag* stop = nullptr;
+};
+
+/// [channel][sample] over the segment, noise-free: positions as their transducers give them, speeds, efforts. It starts at
+/// rest where the plant rests under the first commands, found by Newton's method from the segment's own start; where there
+/// is no such place, at the segment's own start and speed. `values` are those in force in the segment's recording.
+/// Throws WorkError where the engine is not available or the motion diverges, Interrupted.
+std::vector<std::vector<double>> simulate_truth(const PlantModel& model, const Segment& segment,
+                                                const std::vector<Channel>& channels, std::span<const double> values,
+                                                const TruthOptions& options);
+
+}  // namespace lacuna

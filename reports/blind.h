@@ -1,0 +1,128 @@
+// Blind scoring: verdicts that were given without the labels, held against the labels.
+//
+// What counts as right is stated here once:
+//  - nothing was hidden: the verdict is `consistent`;
+//  - physics outside the catalogue was hidden (alone or beside others): the verdict is `unknown_physics`;
+//  - else: the verdict is `missing_physics`, every hidden effect is claimed at its place, and nothing else is. A claim
+//    covers an effect that is the one named or in its class (effects that the data do not tell apart).
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "diagnosis/diagnosis.h"
+#include "reports/context.h"
+
+namespace lacuna {
+
+/// `label.json`: what was hidden.
+struct BlindLabel {
+  struct Effect {
+    std::string effect, place;
+    double strength = 0.0;
+  };
+  std::vector<Effect> effects;
+  double left_rms_over_noise = 0.0;  ///< what a plain refit leaves; NaN where the label does not say
+};
+/// Throws InputError naming `shown` for text that is no label. Unknown keys are passed over.
+BlindLabel read_label(std::string_view json, const std::string& shown);
+
+/// What scoring needs of a `diagnosis.json`.
+struct BlindVerdict {
+  struct Claim {
+    std::string effect, place;
+    double probability = 0.0;
+    std::vector<std::string> members;  ///< the class
+  };
+  struct Tried {
+    std::string effect, place;
+    double train_gain = 0.0;
+    int parameters = 0;
+  };
+  std::string verdict;
+  std::vector<Claim> claims;             ///< in the diagnosis' order
+  std::vector<Tried> first_round;        ///< everything that was tried on the plain model
+  JointRms noise, train, before, after;  ///< train: plain model on train; before, after: on test, else validate
+  double effective_samples = 0.0, seconds = 0.0;
+};
+/// Throws InputError likewise.
+BlindVerdict read_verdict(std::string_view json, const std::string& shown);
+
+enum class Seal { none, intact, broken };
+const char* to_string(Seal seal);
+
+struct BlindCase {
+  std::string name;
+  std::optional<BlindVerdict> verdict;
+  std::string error;  ///< why there is no verdict
+  std::optional<BlindLabel> label;
+  Seal seal = Seal::none;
+};
+
+enum class CaseKind { null, single, several, outside };
+const char* to_string(CaseKind kind);
+
+struct CaseScore {
+  CaseKind kind = CaseKind::null;
+  bool correct = false;
+  bool location = false, effect = false,
+       in_class = false;    ///< of the first claim: place; place and effect; or its class
+  double f1 = 0.0;          ///< of claims against hidden effects, by class
+  double gain_share = 0.0;  ///< of the oracle's gain on held-out recordings; NaN where there is none to have
+  std::vector<bool> claim_true;
+};
+/// The case must have a label; without a verdict nothing is right.
+CaseScore score_case(const BlindCase& one);
+
+/// Hits out of trials, with the 95 % interval of Clopper and Pearson (Biometrika 26, 1934).
+struct Rate {
+  int hits = 0, of = 0;
+  void add(bool hit) { hits += hit, ++of; }
+  double share() const;                    ///< NaN for none
+  std::pair<double, double> ci95() const;  ///< [0, 1] for none
+};
+
+/// Claims of a probability in [from, to).
+struct CalibrationBin {
+  double from = 0.0, to = 1.0, probability_sum = 0.0;
+  Rate truth;
+};
+/// Single effects whose left rms over noise is in [from, to).
+struct StrengthBin {
+  double from = 0.0, to = 0.0;
+  Rate location, in_class;
+};
+
+/// What simpler methods would have said of the same cases.
+struct Baselines {
+  double refit_gain_share = 0.0;   ///< parameters only: 0 by definition of the share
+  Rate largest_residual_location;  ///< single effects at a joint: where the plain model leaves most over noise
+  Rate bic_false_alarms, bic_location, bic_effect;  ///< best Schwarz criterion on the train recordings alone
+};
+
+struct BlindTotals {
+  int cases = 0, labelled = 0, failed = 0;
+  Rate correct, null_false_alarms, location_top1, effect_top1, class_top1, abstained_correctly;
+  Rate claims_above_09;  ///< true ones among claims of a probability above 0.9
+  double set_f1 = 0.0;   ///< mean over cases of several effects; NaN for none
+  int several = 0;
+  double heldout_gain_share = 0.0;  ///< mean over cases with catalogue effects; NaN for none
+  int shared = 0;
+  std::vector<CalibrationBin> calibration;
+  std::vector<StrengthBin> strength;
+  Baselines baselines;
+  double seconds = 0.0, longest = 0.0;                          ///< of the diagnoses: sum, longest
+  std::map<std::string, std::map<std::string, int>> confusion;  ///< hidden -> said -> cases: nulls, singles, outside
+};
+BlindTotals total(const std::vector<BlindCase>& cases);
+
+/// `blind.json`, format lacuna-blind/1.
+std::string to_json(const std::vector<BlindCase>& cases, const Context& context);
+/// `report.html` beside it.
+std::string blind_page(const std::vector<BlindCase>& cases, const std::string& folder, const Context& context);
+
+}  // namespace lacuna
