@@ -1,8 +1,10 @@
-// Forward dynamics of the six-joint arm, one call a state; the state changes every iteration, so that nothing is cached.
+// The six-joint arm: forward dynamics, one native step, poses on every engine, and our kernel alone, scalar and in
+// lanes (items: models). The state changes every iteration, so that nothing is cached.
 #include <benchmark/benchmark.h>
 
 #include "backends/featherstone/tree.h"
 #include "bench/arm.h"
+#include "bench/lanes/lane_forward.h"
 
 namespace lacuna::bench {
 namespace {
@@ -34,6 +36,46 @@ void engine_forward_dynamics(benchmark::State& bench, const Engine* engine) {
   }
 }
 
+void engine_step(benchmark::State& bench, const Engine* engine) {
+  auto dynamics = engine->build(arm_robot(), {0.0, 0.0, -9.81});
+  const std::string integrator = engine->info().native_integrators.front();
+  State s;
+  for (auto _ : bench) {
+    s.next();
+    dynamics->native_step(integrator, s.q, s.v, s.tau, 1e-3);
+    benchmark::DoNotOptimize(s.q);
+  }
+  bench.SetLabel(integrator);
+}
+
+void engine_poses(benchmark::State& bench, const Engine* engine) {
+  auto dynamics = engine->build(arm_robot(), {0.0, 0.0, -9.81});
+  std::vector<Eigen::Isometry3d> poses;
+  State s;
+  for (auto _ : bench) {
+    s.next();
+    dynamics->body_poses(s.q, poses);
+    benchmark::DoNotOptimize(poses.data());
+  }
+}
+
+/// The widest pack that build and CPU have.
+void featherstone_lanes(benchmark::State& bench) {
+  const auto robot = arm_robot();
+  const LaneInfo info = lane_info();
+  auto lanes = info.name == "avx512" ? make_lane_forward_avx512(*robot)
+               : info.name == "avx2" ? make_lane_forward_avx2(*robot)
+                                     : make_lane_forward_sse2(*robot);
+  State s;
+  for (auto _ : bench) {
+    s.next();
+    benchmark::DoNotOptimize(lanes->run(s.q, s.v, s.tau));
+  }
+  bench.SetItemsProcessed(bench.iterations() * info.width);
+  bench.SetLabel(info.name);
+}
+BENCHMARK(featherstone_lanes);
+
 /// Our kernel without the interface above it.
 void featherstone_scalar(benchmark::State& bench) {
   const auto robot = arm_robot();
@@ -55,6 +97,8 @@ const bool registered = [] {
   for (const Engine* engine : engines()) {
     if (!engine->info().available) continue;
     benchmark::RegisterBenchmark(("forward_dynamics/" + engine->info().name).c_str(), &engine_forward_dynamics, engine);
+    benchmark::RegisterBenchmark(("step/" + engine->info().name).c_str(), &engine_step, engine);
+    benchmark::RegisterBenchmark(("poses/" + engine->info().name).c_str(), &engine_poses, engine);
   }
   return true;
 }();

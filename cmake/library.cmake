@@ -52,16 +52,19 @@ if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
   target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY})
 endif()
 
-# The lanes: one source over every instruction set, chosen at run time. The baseline goes first, so that the linker
+# The lanes and the fused scalar kernel: one source over every instruction set, chosen at run time. The baseline goes first, so that the linker
 # keeps its copies of shared inline functions, which every CPU can run.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  set_source_files_properties(physics/predictor_avx2.cc PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma;-ffp-contract=fast")
+  set_source_files_properties(physics/predictor_avx2.cc backends/featherstone/forward_kernel_fma.cc PROPERTIES
+    COMPILE_OPTIONS "-mavx2;-mfma;-ffp-contract=fast")
   set_source_files_properties(physics/predictor_avx512.cc PROPERTIES
     # GCC 12 warns of its own intrinsics' undefined lanes.
     COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized;-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mavx2;-mfma;-ffp-contract=fast;-mprefer-vector-width=512")
 endif()
-list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$")
-set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES} ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
+list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$|featherstone/forward_kernel_fma\\.cc$")
+set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES}
+             ${PROJECT_SOURCE_DIR}/backends/featherstone/forward_kernel_fma.cc
+             ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
              ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc)
 
 # Where results come from, told to the one file that writes it down (reports/context.h). The commit is the one configured.

@@ -9,7 +9,7 @@ base_packages=(
 # The other engines, pictures and benchmarks: what `minimal` does without.
 engine_packages=(
   libmujoco-dev libqhull-dev libsimbody-dev libode-dev
-  libosmesa6-dev libbenchmark-dev
+  libosmesa6-dev libbenchmark-dev python3
 )
 # What `scripts/lint` needs.
 lint_packages=(clang-format clang-tidy)

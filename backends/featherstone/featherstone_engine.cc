@@ -1,33 +1,59 @@
 #include <stdexcept>
 
+#include "backends/featherstone/forward_kernel.h"
 #include "backends/featherstone/tree.h"
 #include "backends/registry.h"
 
 namespace lacuna {
 namespace {
 
+/// Asked here and not there: that file may hold instructions which this CPU lacks.
+std::unique_ptr<ForwardKernel> fused_kernel([[maybe_unused]] const Robot& robot) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return make_fused_kernel(robot);
+#endif
+  return nullptr;
+}
+
 class FeatherstoneDynamics final : public Dynamics {
  public:
   FeatherstoneDynamics(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity)
-      : Dynamics(robot), tree_(*robot), free_(static_cast<std::size_t>(robot->dof()), 1.0), imbalance_(free_.size()) {
+      : Dynamics(robot),
+        tree_(*robot),
+        free_(static_cast<std::size_t>(robot->dof()), 1.0),
+        imbalance_(free_.size()),
+        fused_(fused_kernel(*robot)) {
     do_set_gravity(gravity);
     for (int i = 0; i < robot->dof(); ++i) masses_.push_back(robot->body_inertial(i));
   }
 
   std::unique_ptr<Dynamics> clone() const override { return std::make_unique<FeatherstoneDynamics>(*this); }
-  FeatherstoneDynamics(const FeatherstoneDynamics&) = default;
+  FeatherstoneDynamics(const FeatherstoneDynamics& other)
+      : Dynamics(other),
+        tree_(other.tree_),
+        masses_(other.masses_),
+        free_(other.free_),
+        imbalance_(other.imbalance_),
+        gravity_(other.gravity_),
+        fused_(other.fused_ ? other.fused_->clone() : nullptr) {}
 
  protected:
   void do_set_inertial(int body, const Inertial& inertial) override {
     tree_.set_inertial(body, 0, inertial);
+    if (fused_) fused_->set_inertial(body, inertial);
     masses_[static_cast<std::size_t>(body)] = inertial;
   }
   void do_set_gravity(const Eigen::Vector3d& gravity) override {
     gravity_ = gravity;
     tree_.set_gravity(0, gravity);
+    if (fused_) fused_->set_gravity(gravity);
   }
   void do_forward_dynamics(const double* q, const double* v, const double* tau, double* a) override {
-    tree_.forward_dynamics(q, v, tau, free_.data(), a, imbalance_.data());
+    if (fused_) {
+      fused_->forward_dynamics(q, v, tau, free_.data(), a, imbalance_.data());
+    } else {
+      tree_.forward_dynamics(q, v, tau, free_.data(), a, imbalance_.data());
+    }
   }
   void do_inverse_dynamics(const double* q, const double* v, const double* a, double* tau) override {
     tree_.inverse_dynamics(q, v, a, tau);
@@ -91,6 +117,7 @@ class FeatherstoneDynamics final : public Dynamics {
   std::vector<Inertial> masses_;
   std::vector<double> free_, imbalance_;
   Eigen::Vector3d gravity_;
+  std::unique_ptr<ForwardKernel> fused_;  ///< forward dynamics where the CPU can fuse, else null
 };
 
 class FeatherstoneEngine final : public Engine {
