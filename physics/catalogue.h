@@ -29,7 +29,7 @@ struct EffectInfo {
   const char* source;
   std::vector<ParameterInfo> parameters;
   bool per_recording = false;  ///< may act in some recordings only
-  bool hydraulic = false;      ///< its cause is a valve's or cylinder's: not sought where the effort itself is commanded
+  bool hydraulic = false;  ///< its cause is a valve's or cylinder's: not sought where the effort itself is commanded
 };
 
 const std::vector<ActuatorInfo>& actuator_table();
