@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "cli/recording_choice.h"
 #include "cli/settings.h"
@@ -20,6 +21,7 @@ constexpr double kUnknownNoise = 1e-3;  // of a channel's range, where the scena
 constexpr double kCorrelated = 5.0;     // sampling periods over which coloured noise falls to 1/e
 constexpr double kStepShare = 0.8, kWhiteShare = 0.6;  // of quantised noise' rms: steps and what lies beneath them
 constexpr int kRefitIterations = 20;
+constexpr double kTolerance = 1e-8, kRoughTolerance = 1e-6;  // of the truth's steps; rough while a strength is sought
 
 /// Uses of random draws: each has streams of its own.
 enum Purpose : std::uint32_t { kPerturb = 41, kNoise = 42, kWhen = 43 };
@@ -134,6 +136,8 @@ class Hidden {
         value /= p.scale == lead.scale ? factor : 1.0;
       else if (p.scale == lead.scale && !p.optional)
         value = p.neutral + factor * (value - p.neutral);
+      else if (lead.coordinate == Coordinate::inverse && p.scale == Scale::inertia)
+        value *= factor;  // behind a stiffer spring an inertia would still be felt
       out.parameters[p.name] = std::clamp(value, p.lower, p.upper);
     }
     return out;
@@ -204,11 +208,11 @@ class Machine {
 
   /// [segment][channel][sample], noise-free.
   std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
-                               const std::vector<OutsidePhysics>& others) const {
+                               const std::vector<OutsidePhysics>& others, double tolerance) const {
     const PlantModel model = plain_.with_effects(effects);
     std::vector<double> values = model.values();
     std::copy(values_.begin(), values_.end(), values.begin());
-    TruthOptions truth{options_.engine, 1e-8, others, options_.stop};
+    TruthOptions truth{options_.engine, tolerance, others, options_.stop};
     std::vector<Channels> out(segments.size());
     parallel_for(
         options_.threads, static_cast<int>(segments.size()),
@@ -223,8 +227,8 @@ class Machine {
 
   /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted.
   std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
-                                       const std::vector<OutsidePhysics>& others) const {
-    const std::vector<Channels> moved = motion(train_, effects, others);
+                                       const std::vector<OutsidePhysics>& others, double tolerance) const {
+    const std::vector<Channels> moved = motion(train_, effects, others, tolerance);
     Experiment seen = experiment_;
     for (std::size_t i = 0; i < train_.size(); ++i) {
       Segment& segment = seen.segments[static_cast<std::size_t>(train_[i])];
@@ -326,14 +330,15 @@ void set_strengths(Machine& machine, const ConcealOptions& options) {
   if (!options.visibility) return;
   for (Hidden& effect : machine.hidden) {
     const std::string name = effect.asked().effect + " at " + effect.asked().place;
-    effect.scale(factor_for(*options.visibility, name,
-                            [&](double factor) { return machine.visibility({effect.spec(factor)}, {}).second; }));
+    effect.scale(factor_for(*options.visibility, name, [&](double factor) {
+      return machine.visibility({effect.spec(factor)}, {}, kRoughTolerance).second;
+    }));
   }
   for (OutsidePhysics& physics : machine.outside) {
     physics.strength *= factor_for(*options.visibility, to_string(physics.kind), [&](double factor) {
       OutsidePhysics scaled = physics;
       scaled.strength *= factor;
-      return machine.visibility({}, {scaled}).second;
+      return machine.visibility({}, {scaled}, kRoughTolerance).second;
     });
   }
 }
@@ -451,6 +456,54 @@ void check_files(const Scenario& runs, const std::vector<HiddenEffect>& effects)
   }
 }
 
+std::vector<ConcealedEffect> concealed_effects(const Machine& machine, const ConcealOptions& options) {
+  std::vector<ConcealedEffect> out;
+  for (const Hidden& effect : machine.hidden) out.push_back({effect.asked(), effect.strength(), effect.parameters()});
+  std::size_t outside = 0;
+  for (const HiddenEffect& asked : options.effects)
+    if (asked.outside) out.push_back({asked, machine.outside[outside++].strength, {}});
+  return out;
+}
+
+/// One recording per entry of `runs`, noise included.
+std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, const Machine& machine,
+                                                         const std::vector<EffectSpec>& effects,
+                                                         const ConcealOptions& options) {
+  const Experiment& experiment = machine.experiment();
+  std::vector<int> all(experiment.segments.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  const std::vector<Channels> moved = machine.motion(all, effects, machine.outside, kTolerance);
+  std::vector<std::shared_ptr<const Recording>> out(runs.recordings.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Segment& segment = experiment.segments[i];
+    out[static_cast<std::size_t>(segment.recording)] =
+        std::make_shared<const Recording>(recorded(runs, experiment, segment, moved[i], options));
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, double>> truth_of(const Machine& machine) {
+  std::vector<int> free;
+  for (const Axis& axis : machine.space().axes()) free.push_back(axis.parameter);
+  if (machine.space().dependent() >= 0) free.push_back(machine.space().dependent());
+  std::vector<std::pair<std::string, double>> out;
+  for (const int index : free) {
+    const std::size_t i = static_cast<std::size_t>(index);
+    out.emplace_back(machine.plain().parameters()[i].name, machine.values()[i]);
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, double>> noise_of(const Experiment& experiment) {
+  std::vector<std::pair<std::string, double>> out;
+  for (const Channel& channel : experiment.channels) {
+    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+    const bool position = channel.kind == ChannelKind::position;
+    out.emplace_back(position ? joint : joint + "." + to_string(channel.kind), channel.noise);
+  }
+  return out;
+}
+
 }  // namespace
 
 HiddenEffect parse_hidden_effect(const std::string& text) {
@@ -503,39 +556,14 @@ Concealment conceal(const Scenario& scenario, const ConcealOptions& options) {
   check_files(runs, options.effects);
   Machine machine(runs, options);
   set_strengths(machine, options);
-  Concealment out;
   std::vector<EffectSpec> effects;
-  for (const Hidden& effect : machine.hidden) {
-    effects.push_back(effect.spec(1.0));
-    out.effects.push_back({effect.asked(), effect.strength(), effect.parameters()});
-  }
-  std::size_t outside = 0;
-  for (const HiddenEffect& asked : options.effects)
-    if (asked.outside) out.effects.push_back({asked, machine.outside[outside++].strength, {}});
-  std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) = machine.visibility(effects, machine.outside);
-
-  const Experiment& experiment = machine.experiment();
-  std::vector<int> all(experiment.segments.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const std::vector<Channels> moved = machine.motion(all, effects, machine.outside);
-  std::vector<std::shared_ptr<const Recording>> recordings(runs.recordings.size());
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Segment& segment = experiment.segments[i];
-    recordings[static_cast<std::size_t>(segment.recording)] =
-        std::make_shared<const Recording>(recorded(runs, experiment, segment, moved[i], options));
-  }
-  out.scenario = handed_over(scenario, runs, experiment, recordings);
-  for (const Axis& axis : machine.space().axes())
-    out.truth.emplace_back(machine.plain().parameters()[static_cast<std::size_t>(axis.parameter)].name,
-                           machine.values()[static_cast<std::size_t>(axis.parameter)]);
-  if (const int i = machine.space().dependent(); i >= 0)
-    out.truth.emplace_back(machine.plain().parameters()[static_cast<std::size_t>(i)].name,
-                           machine.values()[static_cast<std::size_t>(i)]);
-  for (const Channel& channel : experiment.channels) {
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
-    out.noise.emplace_back(channel.kind == ChannelKind::position ? joint : joint + "." + to_string(channel.kind),
-                           channel.noise);
-  }
+  for (const Hidden& effect : machine.hidden) effects.push_back(effect.spec(1.0));
+  Concealment out;
+  out.effects = concealed_effects(machine, options);
+  std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) = machine.visibility(effects, machine.outside, kTolerance);
+  out.scenario = handed_over(scenario, runs, machine.experiment(), record_all(runs, machine, effects, options));
+  out.truth = truth_of(machine);
+  out.noise = noise_of(machine.experiment());
   return out;
 }
 

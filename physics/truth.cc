@@ -18,8 +18,9 @@ constexpr double kRipples = 24.0;   // of position_ripple, per radian
 constexpr double kPushLasts = 0.4;  // s
 constexpr double kShortest = 1e-8;  // s, shortest step: no event and no kink stops the clock
 constexpr double kFinestShare =
-    1e-3;                      // of a sample interval: below it an engine's own rounding rules the error estimate
-constexpr int kDecisions = 4;  // rounds of stick/slide decisions at one instant
+    1e-3;  // of a sample interval: below it an engine's own rounding rules the error estimate
+constexpr double kMemoryStep = 5e-4;  // s: memories are carried from step to step, unseen by the error estimate
+constexpr int kDecisions = 4;         // rounds of stick/slide decisions at one instant
 
 using State = std::vector<double>;
 
@@ -72,69 +73,74 @@ class TruthRun {
       x_[n_ + j] = segment_.v0[j];
     }
     fetch_commands();
-    if (const auto rest = equilibrium()) {
-      std::copy(rest->begin(), rest->end(), x_.begin());
-      std::fill_n(x_.begin() + static_cast<std::ptrdiff_t>(n_), n_, 0.0);
+    const State start = x_;
+    if (!settle()) {
+      x_ = start;
+      plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     }
-    begin_parts(x_.data());
+    plant_.begin_memories(instant(0.0, x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
   }
 
-  /// States and memories for a start at `q`.
-  void begin_parts(const double* q) {
+  /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then the
+  /// rates of the states. The speeds in x are 0.
+  Eigen::VectorXd unbalanced(const State& x) {
     const State zero(n_, 0.0);
-    plant_.initial_states(q, zero.data(), u_.data(), x_.data() + 2 * n_);
-    plant_.begin_memories(instant(0.0), q, zero.data(), u_.data(), memory_.data());
-  }
-
-  /// Effort that holding still at `q` asks for less what the actuators give, dry friction left out.
-  Eigen::VectorXd unbalanced(const State& q) {
-    const State zero(n_, 0.0);
-    State holding(n_);
-    begin_parts(q.data());
-    plant_.dynamics().inverse_dynamics(q.data(), zero.data(), zero.data(), holding.data());
-    Eigen::VectorXd out(static_cast<Eigen::Index>(n_));
+    State holding(n_), rates(x.size(), 0.0);
+    plant_.begin_memories(instant(0.0, x), x.data(), zero.data(), u_.data(), memory_.data());
+    plant_.dynamics().inverse_dynamics(x.data(), zero.data(), zero.data(), holding.data());
+    Eigen::VectorXd out(static_cast<Eigen::Index>(x.size() - n_));
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
-      out(static_cast<Eigen::Index>(j)) =
-          holding[j] - outside_effort(joint, q[j]) -
-          plant_.effort(joint, instant(0.0), q[j], 0.0, u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
+      out(static_cast<Eigen::Index>(j)) = holding[j] - outside_effort(joint, x[j]) -
+                                          plant_.effort(joint, instant(0.0, x), x[j], 0.0, u_[j], x.data() + 2 * n_,
+                                                        memory_.data(), rates.data() + 2 * n_, nullptr);
     }
+    for (std::size_t k = 2 * n_; k < x.size(); ++k) out(static_cast<Eigen::Index>(k - n_)) = rates[k];
     return out;
   }
 
-  std::optional<State> equilibrium() {
-    constexpr double kNudge = 1e-6, kLongest = 0.3, kFarthest = std::numbers::pi, kClose = 1e-11;  // rad, m
-    const Eigen::Index n = static_cast<Eigen::Index>(n_);
-    const State start(x_.begin(), x_.begin() + static_cast<std::ptrdiff_t>(n_));
-    State q = start;
+  /// Newton's method over positions and states, from x_. False, x_ spoiled, where it leads nowhere near.
+  bool settle() {
+    constexpr double kNudge = 1e-6, kLongest = 0.3, kFarthest = std::numbers::pi, kClose = 1e-9;  // rad, m
+    const State start = x_;
+    std::fill_n(x_.begin() + static_cast<std::ptrdiff_t>(n_), n_, 0.0);
+    plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
+    const Eigen::Index size = static_cast<Eigen::Index>(x_.size() - n_);
+    const auto place = [&](Eigen::Index k) {  // of unknown k in x_: the speeds are none
+      return static_cast<std::size_t>(k) < n_ ? static_cast<std::size_t>(k) : static_cast<std::size_t>(k) + n_;
+    };
     for (int round = 0; round < 60; ++round) {
-      const Eigen::VectorXd off = unbalanced(q);
-      Eigen::MatrixXd slope(n, n);
-      for (Eigen::Index j = 0; j < n; ++j) {
-        State moved = q;
-        moved[static_cast<std::size_t>(j)] += kNudge;
-        slope.col(j) = (unbalanced(moved) - off) / kNudge;
+      const Eigen::VectorXd off = unbalanced(x_);
+      Eigen::MatrixXd slope(size, size);
+      for (Eigen::Index k = 0; k < size; ++k) {
+        State moved = x_;
+        moved[place(k)] += kNudge;
+        slope.col(k) = (unbalanced(moved) - off) / kNudge;
       }
-      Eigen::VectorXd move = slope.fullPivLu().solve(-off);
-      if (!move.allFinite() || slope.fullPivLu().rank() < n) return std::nullopt;
+      const Eigen::FullPivLU<Eigen::MatrixXd> lu(slope);
+      Eigen::VectorXd move = lu.solve(-off);
+      if (!move.allFinite() || lu.rank() < size) return false;
       const double longest = move.cwiseAbs().maxCoeff();
       if (longest > kLongest) move *= kLongest / longest;
+      for (Eigen::Index k = 0; k < size; ++k) x_[place(k)] += move(k);
       for (std::size_t j = 0; j < n_; ++j) {
-        q[j] += move(static_cast<Eigen::Index>(j));
-        if (std::fabs(q[j] - start[j]) > kFarthest) return std::nullopt;
+        if (std::fabs(x_[j] - start[j]) > kFarthest) return false;
       }
-      if (longest < kClose) return q;
+      if (longest < kClose) return true;
     }
-    return std::nullopt;
+    return false;
   }
 
-  Instant<double> instant(double since) const { return {t_ + since, since, demand_}; }
+  Instant<double> instant(double since, const State& x) const {
+    double flow = 0.0;
+    for (std::size_t j = 0; j < n_; ++j) flow += std::fabs(x[n_ + j]);
+    return {t_ + since, since, flow};
+  }
 
   /// Commands in force now, and when the next one of them jumps within the sample interval.
   void fetch_commands() {
     const std::vector<double>& time = segment_.commands->time;
     next_jump_ = HUGE_VAL;
-    demand_ = 0.0;
     for (std::size_t j = 0; j < n_; ++j) {
       const double late = plant_.delay(static_cast<int>(j));
       const auto after = std::upper_bound(time.begin(), time.end(), t_ - late + 1e-12 * (1.0 + t_));
@@ -142,7 +148,6 @@ class TruthRun {
       u_[j] = segment_.commands->value[j][i];
       if (after != time.end()) next_jump_ = std::min(next_jump_, *after + late);
       drop_command(j);
-      demand_ += std::fabs(u_[j]);
     }
   }
 
@@ -179,14 +184,15 @@ class TruthRun {
   void derivative(double since, const State& x, State& dx) {
     const double* q = x.data();
     const double* v = q + n_;
+    const Instant<double> now = instant(since, x);
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
       dx[j] = v[j];
-      tau_[j] = outside_effort(joint, q[j], since) + plant_.effort(joint, instant(since), q[j], v[j], u_[j], q + 2 * n_,
-                                                                   memory_.data(), dx.data() + 2 * n_, nullptr);
+      tau_[j] = outside_effort(joint, q[j], since) +
+                plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
       if (!dry_[j] || direction_[j] == 0.0) continue;
       const double speed = std::max(v[j] * direction_[j], 0.0);
-      tau_[j] -= direction_[j] * plant_.dry_friction(joint, instant(since), q[j], speed, u_[j]);
+      tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
     }
     plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
   }
@@ -194,9 +200,11 @@ class TruthRun {
   /// Carries the memories over the `since` seconds that ended now.
   void remember(double since) {
     if (memory_.empty()) return;
+    Instant<double> now = instant(0.0, x_);
+    now.since = since;
     for (std::size_t j = 0; j < n_; ++j)
-      plant_.effort(static_cast<int>(j), {t_, since, demand_}, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
-                    memory_.data(), nullptr, memory_.data());
+      plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
+                    memory_.data());
   }
 
   /// Break-away efforts now, and which joints are held.
@@ -204,9 +212,9 @@ class TruthRun {
     for (std::size_t j = 0; j < n_; ++j) {
       if (!dry_[j]) continue;
       const int joint = static_cast<int>(j);
-      plant_.effort(joint, instant(0.0), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
+      plant_.effort(joint, instant(0.0, x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                     nullptr);
-      breakaway_[j] = plant_.dry_friction(joint, instant(0.0), x_[j], 0.0, u_[j]);
+      breakaway_[j] = plant_.dry_friction(joint, instant(0.0, x_), x_[j], 0.0, u_[j]);
       if (breakaway_[j] <= 0.0) {
         direction_[j] = 0.0;
         free_[j] = 1.0;
@@ -217,7 +225,7 @@ class TruthRun {
     }
   }
 
-  /// Rates now, after every joint at rest was either held or set sliding. Joints that nothing holds still are `sure`.
+  /// Rates now, after every joint at rest was either held or set sliding.
   void decide() {
     look_at_friction();
     derivative(0.0, x_, rate_);
@@ -291,7 +299,8 @@ class TruthRun {
       decide();
       std::vector<bool> held;
       for (std::size_t j = 0; j < n_; ++j) held.push_back(std::fabs(imbalance_[j]) <= breakaway_[j]);
-      const double left = std::min(end, next_jump_) - t_;
+      double left = std::min(end, next_jump_) - t_;
+      if (!memory_.empty()) left = std::min(left, kMemoryStep);
       double h = std::min(left, step_ > 0.0 ? step_ : 0.25 * interval);
       double error = try_step(h);
       for (; error > 1.0 && h > finest; error = try_step(h))
@@ -300,7 +309,7 @@ class TruthRun {
       step_ = std::max(finest, h * std::clamp(0.9 * std::pow(std::max(error, 1e-10), -0.2), 0.2, 5.0));
       if (any_event(held)) h = stop_at_event(h, held);
       x_ = next_;
-      t_ = left - h < close && next_jump_ >= end ? end : t_ + h;
+      t_ = end - t_ - h < close ? end : t_ + h;
       remember(h);
     }
     t_ = end;
@@ -315,7 +324,7 @@ class TruthRun {
       double value = x_[j];
       if (channels[c].kind == ChannelKind::velocity) value = x_[n_ + j];
       if (channels[c].kind == ChannelKind::effort)
-        value = plant_.effort(channels[c].joint, instant(0.0), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
+        value = plant_.effort(channels[c].joint, instant(0.0, x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
                               memory_.data(), nullptr, nullptr);
       out[c].push_back(value);
     }
@@ -332,9 +341,9 @@ class TruthRun {
   const Segment& segment_;
   const TruthOptions& options_;
   std::size_t n_;
-  double t_ = 0.0, next_jump_ = HUGE_VAL, demand_ = 0.0;  // s, s, V
-  double step_ = 0.0;                                     // s, the next one to try
-  State x_, rate_, next_, next_rate_, error_;             // q, v, z one after the other
+  double t_ = 0.0, next_jump_ = HUGE_VAL;      // s
+  double step_ = 0.0;                          // s, the next one to try
+  State x_, rate_, next_, next_rate_, error_;  // q, v, z one after the other
   std::vector<double> memory_, u_, tau_, free_, direction_, breakaway_, imbalance_;
   std::vector<bool> dry_;
   boost::numeric::odeint::runge_kutta_dopri5<State> stepper_;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "physics/catalogue.h"
 #include "reports/blind.h"
 #include "reports/json.h"
 #include "reports/sections.h"
@@ -129,16 +130,16 @@ std::string with_ci(const Rate& rate) {
 }
 
 Html totals_section(const BlindTotals& t) {
-  Table table({{"question"}, {"cases", true}, {"right", true}, {"share (95 % interval)", true}});
+  Table table({{"question"}, {"asked", true}, {"yes", true}, {"share (95 % interval)", true}});
   const auto row = [&](const char* words, const Rate& rate) {
     if (rate.of == 0) return;
     table.row({text(words), text(std::to_string(rate.of)), text(std::to_string(rate.hits)), text(with_ci(rate))});
   };
-  row("the whole verdict", t.correct);
+  row("the whole verdict: right", t.correct);
   row("nothing hidden, yet something said (false alarms)", t.null_false_alarms);
-  row("one effect hidden: the place", t.location_top1);
-  row("one effect hidden: the effect itself", t.effect_top1);
-  row("one effect hidden: its class", t.class_top1);
+  row("one effect hidden: its place right", t.location_top1);
+  row("one effect hidden: itself named", t.effect_top1);
+  row("one effect hidden: its class named", t.class_top1);
   row("outside the catalogue: called unknown", t.abstained_correctly);
   row("claims of a probability above 0.9: true", t.claims_above_09);
   Html out = table.html();
@@ -151,6 +152,12 @@ Html totals_section(const BlindTotals& t) {
                     "(mean over {} cases).",
                     percent(t.heldout_gain_share), t.shared));
   return out + paragraph("Intervals: Clopper and Pearson.", "muted small");
+}
+
+/// What should have been said of a case.
+std::string right_word(const std::string& hidden) {
+  if (hidden == "nothing") return "consistent";
+  return find_effect(hidden) < 0 ? "unknown_physics" : hidden;
 }
 
 Html confusion_section(const BlindTotals& t) {
@@ -166,7 +173,7 @@ Html confusion_section(const BlindTotals& t) {
     for (const std::string& word : said) {
       const auto at = row.find(word);
       const std::string count = at == row.end() ? "" : std::to_string(at->second);
-      cells.push_back(word == hidden ? element("strong", text(count)) : text(count));
+      cells.push_back(word == right_word(hidden) ? element("strong", text(count)) : text(count));
     }
     table.row(cells);
   }
