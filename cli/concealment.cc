@@ -90,8 +90,8 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
 }
 
 /// The parameter that a strength means: the first one, or for a contact, whose first one says only where, the second.
-std::size_t leading(const EffectInfo& info) {
-  return info.parameters.front().scale == Scale::reach && info.parameters.size() > 1 ? 1 : 0;
+std::size_t leading(const std::vector<EffectParameter>& parameters) {
+  return parameters.front().info->scale == Scale::reach && parameters.size() > 1 ? 1 : 0;
 }
 
 /// An effect of the catalogue at its place with all its parameters.
@@ -112,66 +112,65 @@ class Hidden {
     if (!asked.recordings.empty() && !info_.per_recording)
       throw InputError("--recordings", "with " + asked.effect,
                        "an effect that may act in some recordings only, as payload");
-    const int j = joint ? *joint : -1;
-    for (const ParameterInfo& p : info_.parameters) {
-      const double size = typical_size(p.scale, plain, experiment, j, values);
-      const bool typical = !p.starts.empty() && !p.optional;
-      values_.push_back(typical ? typical_origin(p.scale, experiment, j) + p.starts.front() * size : p.neutral);
+    parameters_ = effect_parameters(info_, plain.robot(), joint ? *joint : -1);
+    for (const EffectParameter& p : parameters_) {
+      const double size = typical_size(p.info->scale, plain, experiment, p.joint, values);
+      const bool typical = !p.info->starts.empty() && !p.info->optional;
+      values_.push_back(typical ? typical_origin(p.info->scale, experiment, p.joint) + p.info->starts.front() * size
+                                : p.info->neutral);
     }
     put_given(where);
-    if (values_[leading(info_)] == info_.parameters[leading(info_)].neutral)
+    if (values_[leading(parameters_)] == parameters_[leading(parameters_)].info->neutral)
       throw InputError(where, "a strength that does nothing", "another value");
   }
 
   const HiddenEffect& asked() const { return asked_; }
-  double strength() const { return values_[leading(info_)]; }
+  double strength() const { return values_[leading(parameters_)]; }
   /// The effect `factor` times as strong: the leading parameter and those like it.
   EffectSpec spec(double factor) const {
     EffectSpec out{asked_.effect, asked_.place, {}, asked_.recordings, "--effect"};
-    const ParameterInfo& lead = info_.parameters[leading(info_)];
+    const ParameterInfo& lead = *parameters_[leading(parameters_)].info;
     for (std::size_t k = 0; k < values_.size(); ++k) {
-      const ParameterInfo& p = info_.parameters[k];
+      const ParameterInfo& p = *parameters_[k].info;
       double value = values_[k];
       if (p.coordinate == Coordinate::inverse)
         value /= p.scale == lead.scale ? factor : 1.0;
       else if (p.scale == lead.scale && !p.optional)
         value = p.neutral + factor * (value - p.neutral);
-      else if (lead.coordinate == Coordinate::inverse && p.scale == Scale::inertia)
-        value *= factor;  // behind a stiffer spring an inertia would still be felt
-      out.parameters[p.name] = std::clamp(value, p.lower, p.upper);
+      out.parameters[parameters_[k].key] = std::clamp(value, p.lower, p.upper);
     }
     return out;
   }
   void scale(double factor) {
     const EffectSpec scaled = spec(factor);
-    for (std::size_t k = 0; k < values_.size(); ++k) values_[k] = scaled.parameters.at(info_.parameters[k].name);
+    for (std::size_t k = 0; k < values_.size(); ++k) values_[k] = scaled.parameters.at(parameters_[k].key);
   }
   std::vector<std::pair<std::string, double>> parameters() const {
     std::vector<std::pair<std::string, double>> out;
-    for (std::size_t k = 0; k < values_.size(); ++k) out.emplace_back(info_.parameters[k].name, values_[k]);
+    for (std::size_t k = 0; k < values_.size(); ++k) out.emplace_back(parameters_[k].key, values_[k]);
     return out;
   }
 
  private:
   void put_given(const std::string& where) {
     for (const auto& [name, value] : asked_.given) {
-      std::size_t at = name.empty() ? 0 : info_.parameters.size();
+      std::size_t at = name.empty() ? 0 : parameters_.size();
       std::vector<std::string> known;
-      for (std::size_t k = 0; k < info_.parameters.size(); ++k) {
-        known.emplace_back(info_.parameters[k].name);
+      for (std::size_t k = 0; k < parameters_.size(); ++k) {
+        known.push_back(parameters_[k].key);
         if (name == known.back()) at = k;
       }
-      if (at == info_.parameters.size()) throw InputError(where, "the parameter " + quoted(name), one_of(known));
-      const ParameterInfo& p = info_.parameters[at];
+      if (at == parameters_.size()) throw InputError(where, "the parameter " + quoted(name), one_of(known));
+      const ParameterInfo& p = *parameters_[at].info;
       if (!(value >= p.lower && value <= p.upper))
         throw InputError(
             where, format_number(value),
-            fmt::format("{} from {} to {} {}", p.name, format_number(p.lower), format_number(p.upper), p.unit));
+            fmt::format("{} from {} to {} {}", known[at], format_number(p.lower), format_number(p.upper), p.unit));
       // A strength alone keeps the typical proportions of those like it: break-away stays above sliding friction.
       const double factor = values_[at] != 0.0 ? value / values_[at] : 0.0;
       for (std::size_t k = 0; name.empty() && k < values_.size(); ++k)
-        if (k != at && factor > 0.0 && info_.parameters[k].scale == p.scale && p.scale != Scale::ratio &&
-            !info_.parameters[k].optional)
+        if (k != at && factor > 0.0 && parameters_[k].info->scale == p.scale && p.scale != Scale::ratio &&
+            !parameters_[k].info->optional)
           values_[k] *= factor;
       values_[at] = value;
     }
@@ -179,6 +178,7 @@ class Hidden {
 
   HiddenEffect asked_;
   const EffectInfo& info_;
+  std::vector<EffectParameter> parameters_;
   std::vector<double> values_;
 };
 

@@ -85,8 +85,8 @@ class Values {
   Values(const PlantModel& model, const Component& component, std::span<const double> values) {
     for (int k = 0; k < component.count; ++k) {
       const auto i = static_cast<std::size_t>(component.first) + static_cast<std::size_t>(k);
-      of_[model.parameters()[i].info->name] = values[i];
-      words_ += fmt::format("{}{} = {} {}", words_.empty() ? "" : ", ", model.parameters()[i].info->name,
+      of_[model.parameters()[i].key] = values[i];
+      words_ += fmt::format("{}{} = {} {}", words_.empty() ? "" : ", ", model.parameters()[i].key,
                             format_number(values[i]), model.parameters()[i].unit);
     }
   }

@@ -16,8 +16,11 @@ constexpr double kStandardErrors = 2.0;
 constexpr double kLeastShare = 0.25;
 constexpr double kPromising = 0.5;  ///< share of energy left under which a start is re-identified whatever its chance
 constexpr std::size_t kShortlist = 4;
-constexpr double kClassLoss = 3.0;  ///< evidence within this of the winner's: not separated (odds 20 to 1)
-constexpr int kRefitIterations = 6;
+constexpr double kDisappointing = 1.5;      ///< energy left over the promised one
+constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
+constexpr double kClassLoss = 3.0;          ///< evidence within this of the winner's: not separated (odds 20 to 1)
+constexpr int kRefitIterations = 25;
+constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -33,16 +36,20 @@ struct Tried {
   bool finite() const {
     return std::all_of(effect.own.begin(), effect.own.end(), [](double x) { return std::isfinite(x); });
   }
-  /// An own number at the end of its range that is not its neutral value; optional ones may be.
+  /// An own number driven to the end of its range. Optional ones and those of every joint may stand there; all but the
+  /// leading one may stand at a neutral value that is an end.
   bool at_end() const {
     const auto& axes = model.space.axes();
     for (std::size_t k = 0; k < effect.own.size(); ++k) {
       const Axis& axis = axes[axes.size() - effect.own.size() + k];
       const Parameter& p = model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-      if (p.info->optional) continue;
+      if (p.info->optional || p.info->per_joint) continue;
       const double x = model.fit.point[model.fit.point.size() - effect.own.size() + k];
       const double margin = 1e-6 * (axis.upper - axis.lower);
-      if (std::isfinite(margin) && (x <= axis.lower + margin || x >= axis.upper - margin)) return true;
+      if (!std::isfinite(margin)) continue;
+      const double neutral = axis.coordinate == Coordinate::inverse ? 1.0 / p.neutral : p.neutral;
+      if (k > 0 && std::fabs(x - neutral) <= margin) continue;
+      if (x <= axis.lower + margin || x >= axis.upper - margin) return true;
     }
     return false;
   }
@@ -71,11 +78,30 @@ class Judge {
     return out;
   }
 
+  /// Share of the train energy that the first, linear look expected to remain.
+  double promised_rest(const Tried& tried) const {
+    return tried.effect.promise / std::max(current_.fit.residual.squaredNorm(), 1e-300);
+  }
+  /// Whether it stands far above what that look expected.
+  bool disappoints(const Tried& tried) const {
+    return tried.effect.residual.squaredNorm() > kDisappointing * tried.effect.promise;
+  }
+  /// Re-identified from where that look stood; kept if that is the better end.
+  void refit_from_first_look(Tried& tried) {
+    Tried again{tried};
+    again.effect.point.assign(current_.fit.point.begin(), current_.fit.point.end());
+    again.effect.own = tried.effect.first_own;
+    again.model = extended(current_, experiment_, again.effect.spec, again.effect.point, again.effect.own);
+    refit(again);
+    if (again.effect.residual.squaredNorm() < tried.effect.residual.squaredNorm()) tried = std::move(again);
+  }
+
   /// Least squares to the end, same weights, so that energies compare.
   void refit(Tried& tried) {
     Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
     LeastSquaresOptions finish;
     finish.iterations = kRefitIterations;
+    finish.tolerance = kRefitTolerance;
     finish.polish = false;
     finish.control = options_.control;
     tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
@@ -88,6 +114,31 @@ class Judge {
     tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
     judge_heldout(tried);
     tried.refitted = true;
+  }
+
+  /// The same effect with its optional parameters free, re-identified from where it stands; nothing where none is fixed.
+  std::optional<Tried> freed(const Tried& tried) {
+    const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(tried.effect.spec.effect))];
+    EffectSpec spec = tried.effect.spec;
+    for (const ParameterInfo& p : info.parameters) {
+      if (p.optional) spec.parameters.erase(p.name);
+    }
+    if (spec.parameters.size() == tried.effect.spec.parameters.size()) return std::nullopt;
+    const PlantModel model = current_.model.with_effects({spec});
+    std::vector<double> own;
+    std::size_t taken = 0;
+    for (const Axis& axis : effect_axes(model, experiment_, model.effects().back(), spec)) {
+      const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+      const double size = typical_size(p.info->scale, model, experiment_, p.joint, model.values());
+      own.push_back(p.info->optional ? p.info->starts.front() * size : tried.effect.own[taken++]);
+    }
+    Tried free{tried};
+    free.effect.spec = spec;
+    free.effect.own = own;
+    free.effect.parameters = static_cast<int>(own.size());
+    free.model = extended(current_, experiment_, spec, tried.effect.point, own);
+    refit(free);
+    return free;
   }
 
   std::string objection(const Tried& tried) const {
@@ -236,6 +287,19 @@ Candidate candidate_record(const Tried& tried, const std::string& note) {
           note};
 }
 
+/// Screening follows many candidates for a few cheap steps and may lose one whose parameters lie far off. Those that the
+/// linear look promised most are therefore re-identified in full, too.
+void refit_promising(Judge& judge, std::vector<Tried>& tried) {
+  std::vector<Tried*> order;
+  for (Tried& t : tried) order.push_back(&t);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Tried* a, const Tried* b) { return a->effect.promise < b->effect.promise; });
+  for (std::size_t k = 0; k < std::min(kPromisingTried, order.size()); ++k) {
+    if (judge.promised_rest(*order[k]) < kPromising && judge.disappoints(*order[k]))
+      judge.refit_from_first_look(*order[k]);
+  }
+}
+
 }  // namespace
 
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
@@ -246,6 +310,11 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   sort_by_evidence(tried, options.integration_error);
   for (std::size_t k = 0; k < std::min(kShortlist, tried.size()); ++k) {
     if (tried[k].p_value < kChance || tried[k].train.share > 1.0 - kPromising) judge.refit(tried[k]);
+  }
+  refit_promising(judge, tried);
+  sort_by_evidence(tried, options.integration_error);
+  if (!tried.empty() && tried.front().refitted) {
+    if (std::optional<Tried> free = judge.freed(tried.front())) tried.push_back(std::move(*free));
   }
   sort_by_evidence(tried, options.integration_error);
   Decision out{{}, std::nullopt, current};

@@ -26,7 +26,7 @@ Scenario with_values(const Scenario& scenario, const PlantModel& model, std::spa
                     ""};
     for (int k = 0; k < component.count; ++k) {
       const auto index = static_cast<std::size_t>(component.first + k);
-      spec.parameters[model.parameters()[index].info->name] = values[index];
+      spec.parameters[model.parameters()[index].key] = values[index];
     }
     out.effects.push_back(std::move(spec));
   }

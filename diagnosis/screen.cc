@@ -17,6 +17,10 @@ constexpr double kWidest = 1e3;
 constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
+constexpr double kLeastStep = 1e-9;  ///< of that difference, relative to the range searched
+constexpr int kSizings = 3;          ///< rounds that bring a start's strength down
+constexpr double kStrongest = 2.0;   ///< change of the prediction over what is to be explained, both rms
+constexpr double kTwin = 0.05;       ///< starts nearer than this share of their size are one
 constexpr int kStartsKept = 2;       ///< of every effect, place and variant, after the first look
 constexpr std::size_t kChains = 40;  ///< starts that are re-identified; and the best one of every effect
 constexpr double kDamping = 1e-6;    ///< of Gauss-Newton, relative to the normal matrix' diagonal
@@ -32,7 +36,8 @@ struct Chain {
   std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> updates;  ///< Broyden: J += a b^T
   Eigen::VectorXd tried;                                             ///< next x
   double step_scale = 1.0;
-  double promise = HUGE_VAL;  ///< residual energy expected after the first step
+  double promise = HUGE_VAL;      ///< residual energy expected after the first step
+  std::vector<double> first_own;  ///< own coordinates at the start
   bool alive = true;
 };
 
@@ -46,9 +51,12 @@ class Projector {
     basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), qr.rank());
   }
 
+  /// What the plain parameters leave of a change of the prediction.
+  Eigen::VectorXd rest(const Eigen::VectorXd& change) const { return change - basis_ * (basis_.transpose() * change); }
+
   /// Energy of `residual` after the best step of plain parameters and own ones (within `room`), to first order.
   double left_over(const Eigen::VectorXd& residual, const Eigen::MatrixXd& own, const Eigen::MatrixX2d& room) const {
-    const Eigen::VectorXd r = residual - basis_ * (basis_.transpose() * residual);
+    const Eigen::VectorXd r = rest(residual);
     const Eigen::MatrixXd G = own - basis_ * (basis_.transpose() * own);
     Eigen::MatrixXd normal = G.transpose() * G;
     normal.diagonal() *= 1.0 + kDamping;
@@ -85,8 +93,10 @@ class EffectScreen {
 
   /// First look: every start, linearised. Keeps the most promising starts of every place and variant.
   void look(const Projector& projector) {
+    size_starts(projector);
     begin();
     for (Chain& chain : chains_) {
+      chain.first_own.assign(chain.x.data() + base_, chain.x.data() + chain.x.size());
       chain.promise =
           chain.alive ? projector.left_over(chain.residual, chain.own_columns, own_bounds(chain)) : HUGE_VAL;
     }
@@ -142,26 +152,37 @@ class EffectScreen {
     return spec;
   }
 
-  void add_starts(int component, bool refined) {
-    const Component& c = model_.effects()[static_cast<std::size_t>(component)];
-    const std::size_t place = static_cast<std::size_t>(component) + specs_.size() - model_.effects().size();
-    const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
-    // Every combination of the parameters' starting sizes.
+  /// Every combination of the parameters' starting sizes; those of every joint go together.
+  std::vector<std::vector<double>> starting_points(const std::vector<Axis>& axes) const {
     std::vector<std::vector<double>> starts{{}};
-    for (std::size_t p = 0; p < axes.size(); ++p) {
-      const ParameterInfo& info = *model_.parameters()[static_cast<std::size_t>(axes[p].parameter)].info;
-      const double size = typical_size(info.scale, model_, experiment_, c.joint, model_.values());
+    for (std::size_t first = 0, last = 0; first < axes.size(); first = last) {
+      const ParameterInfo* info = model_.parameters()[static_cast<std::size_t>(axes[first].parameter)].info;
+      auto same = [&](const Axis& a) {
+        return model_.parameters()[static_cast<std::size_t>(a.parameter)].info == info;
+      };
+      while (last < axes.size() && same(axes[last])) ++last;
       std::vector<std::vector<double>> grown;
       for (const auto& start : starts) {
-        for (const double factor : info.starts) {
+        for (const double factor : info->starts) {
           grown.push_back(start);
-          const double value = typical_origin(info.scale, experiment_, c.joint) + factor * size;
-          grown.back().push_back(info.coordinate == Coordinate::inverse ? 1.0 / value : value);
+          for (std::size_t a = first; a < last; ++a) {
+            const int joint = model_.parameters()[static_cast<std::size_t>(axes[a].parameter)].joint;
+            const double size = typical_size(info->scale, model_, experiment_, joint, model_.values());
+            const double value = typical_origin(info->scale, experiment_, joint) + factor * size;
+            grown.back().push_back(info->coordinate == Coordinate::inverse ? 1.0 / value : value);
+          }
         }
       }
       starts = std::move(grown);
     }
-    for (const auto& start : starts) {
+    return starts;
+  }
+
+  void add_starts(int component, bool refined) {
+    const Component& c = model_.effects()[static_cast<std::size_t>(component)];
+    const std::size_t place = static_cast<std::size_t>(component) + specs_.size() - model_.effects().size();
+    const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
+    for (const auto& start : starting_points(axes)) {
       Chain chain;
       chain.component = component;
       chain.refined = refined;
@@ -188,6 +209,61 @@ class EffectScreen {
     return values;
   }
 
+  /// Whether own parameter p of a chain is a strength: the leading one, and those of its kind.
+  bool is_strength(const Chain& chain, std::size_t p) const {
+    auto info = [&](std::size_t k) {
+      return model_.parameters()[static_cast<std::size_t>(chain.axes[k].parameter)].info;
+    };
+    const std::size_t lead = info(0)->scale == Scale::reach && chain.axes.size() > 1 ? 1 : 0;
+    return p == lead ||
+           (info(p)->scale == info(lead)->scale && info(lead)->scale != Scale::ratio && !info(p)->optional);
+  }
+
+  /// Brings every start's strength down until the effect changes the prediction by no more than what there is to explain
+  /// (plain parameters projected off): beyond that its linearisation says nothing.
+  void size_starts(const Projector& projector) {
+    const Eigen::VectorXd& plain = current_.fit.residual;
+    const double target = projector.rest(plain).norm();
+    for (int round = 0; round < kSizings; ++round) {
+      std::vector<std::vector<double>> values;
+      for (const Chain& chain : chains_) values.push_back(values_at(chain, chain.x));
+      const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
+      bool changed = false;
+      for (std::size_t k = 0; k < chains_.size(); ++k) {
+        Chain& chain = chains_[k];
+        const double size = residuals[k].allFinite() ? projector.rest(residuals[k] - plain).norm() : HUGE_VAL;
+        if (size <= kStrongest * target) continue;
+        const double factor = std::clamp(target / size, 1e-3, 0.5);
+        for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+          if (!is_strength(chain, p)) continue;
+          double& own = chain.x(base_ + static_cast<Eigen::Index>(p));
+          const double neutral = neutral_of(chain.axes[p]);
+          own = neutral + factor * (own - neutral);
+        }
+        changed = true;
+      }
+      if (!changed) break;
+    }
+    drop_twins();
+  }
+  /// A parameter's neutral value in its search coordinate.
+  double neutral_of(const Axis& axis) const {
+    const double neutral = model_.parameters()[static_cast<std::size_t>(axis.parameter)].neutral;
+    return axis.coordinate == Coordinate::inverse ? 1.0 / neutral : neutral;
+  }
+  /// Starts that sizing has brought together are one.
+  void drop_twins() {
+    for (std::size_t k = chains_.size(); k-- > 1;) {
+      const Chain& chain = chains_[k];
+      const bool twin =
+          std::any_of(chains_.begin(), chains_.begin() + static_cast<std::ptrdiff_t>(k), [&](const Chain& c) {
+            return c.component == chain.component && c.refined == chain.refined &&
+                   ((c.x - chain.x).array().abs() <= kTwin * chain.x.array().abs().max(1e-300)).all();
+          });
+      if (twin) chains_.erase(chains_.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+  }
+
   /// Residuals at every start, and the effect's own sensitivities there.
   void begin() {
     std::vector<std::vector<double>> values;
@@ -198,7 +274,7 @@ class EffectScreen {
       for (std::size_t p = 0; p < chain.axes.size(); ++p) {
         Eigen::VectorXd moved = chain.x;
         double& own = moved(base_ + static_cast<Eigen::Index>(p));
-        const double step = kOwnDifference * std::max(std::fabs(own), 1e-9);
+        const double step = kOwnDifference * std::max(std::fabs(own), kLeastStep * width(chain.axes[p]));
         own += own + step <= chain.axes[p].upper ? step : -step;
         points.push_back(moved);
         values.push_back(values_at(chain, moved));
@@ -218,6 +294,11 @@ class EffectScreen {
         chain.alive = chain.alive && chain.own_columns.col(column).allFinite();
       }
     }
+  }
+
+  static double width(const Axis& axis) {
+    const double width = axis.upper - axis.lower;
+    return std::isfinite(width) ? width : 1.0;
   }
 
   /// Room of a chain's own coordinates for a step: lower and upper, one column each.
@@ -308,9 +389,10 @@ class EffectScreen {
 
   ScreenedEffect best_of(std::size_t place, bool refined) const {
     const int component = static_cast<int>(model_.effects().size() - specs_.size() + place);
-    ScreenedEffect out{variant(place, refined), {}, {}, HUGE_VAL, {}, 0};
+    ScreenedEffect out{variant(place, refined), {}, {}, HUGE_VAL, {}, 0, HUGE_VAL, {}};
     for (const Chain& chain : chains_) {
       if (chain.component != component || chain.refined != refined || !chain.alive) continue;
+      if (chain.promise < out.promise) out.promise = chain.promise, out.first_own = chain.first_own;
       const double sum = chain.residual.squaredNorm();
       if (!(sum < out.sum_of_squares)) continue;
       out.sum_of_squares = sum;
@@ -429,8 +511,8 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
   for (int k = 0; k < component.count; ++k) {
     const int index = component.first + k;
     const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
-    if (spec.parameters.count(p.info->name) > 0) continue;
-    const double size = typical_size(p.info->scale, model, experiment, component.joint, model.values());
+    if (spec.parameters.count(p.key) > 0) continue;
+    const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
     Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
     if (axis.coordinate == Coordinate::inverse) {
       axis.lower = std::isfinite(p.upper) ? 1.0 / p.upper : 0.0;

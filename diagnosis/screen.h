@@ -30,6 +30,8 @@ struct ScreenedEffect {
   double sum_of_squares = 0.0;  ///< on the train segments
   Eigen::VectorXd residual;     ///< on the train segments
   int parameters = 0;
+  double promise = 0.0;           ///< sum of squares that the first, linear look at its best start expected
+  std::vector<double> first_own;  ///< own coordinates of that start
 };
 
 struct ScreenOptions {

@@ -160,6 +160,26 @@ double stretched_length(const Robot& robot) {
   return longest + tool;
 }
 
+/// kg m^2 (kg for a slide): what moves with joint j, all joints at zero, about its axis.
+double inertia_beyond(const Robot& robot, int j) {
+  const Joint& joint = robot.joints()[static_cast<std::size_t>(j)];
+  std::vector<std::optional<Eigen::Isometry3d>> pose(robot.joints().size());  // of bodies beyond, in the joint's frame
+  pose[static_cast<std::size_t>(j)] = Eigen::Isometry3d::Identity();
+  double sum = 0.0;
+  for (int i = j; i < robot.dof(); ++i) {
+    const Joint& own = robot.joints()[static_cast<std::size_t>(i)];
+    auto& at = pose[static_cast<std::size_t>(i)];
+    if (i > j && own.parent >= 0 && pose[static_cast<std::size_t>(own.parent)])
+      at = *pose[static_cast<std::size_t>(own.parent)] * own.origin;
+    if (!at) continue;
+    const Inertial body = robot.body_inertial(i);
+    const Eigen::Vector3d lever = joint.axis.cross(*at * body.com);
+    const Eigen::Vector3d axis = at->linear().transpose() * joint.axis;
+    sum += joint.prismatic() ? body.mass : body.mass * lever.squaredNorm() + axis.dot(body.inertia * axis);
+  }
+  return sum;
+}
+
 }  // namespace
 
 double typical_size(Scale scale, const PlantModel& model, const Experiment& experiment, int joint,
@@ -184,7 +204,7 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
     case Scale::stiffness: return effort / position;
     case Scale::drag: return effort / (velocity * velocity);
     case Scale::hardening: return effort / (position * position * position);
-    case Scale::inertia: return effort * position / (velocity * velocity);
+    case Scale::inertia: return joint < 0 ? 1.0 : positive(inertia_beyond(model.robot(), joint));
     default: return 1.0;
   }
 }

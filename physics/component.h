@@ -20,13 +20,14 @@ namespace lacuna {
 /// What a component may see of its joint at one instant.
 template <class T>
 struct JointView {
-  T t = T(0.0);                 ///< s, from the start of the recording
+  T t = T(0.0);                 ///< s, from the start of the session: recordings follow one another
   T q = T(0.0), v = T(0.0);     ///< rad, rad/s (m, m/s)
   T u = T(0.0);                 ///< V, command as it reaches this component
   const T* actuator = nullptr;  ///< parameters of the joint's actuator
   const T* z = nullptr;         ///< the component's own states
   const T* m = nullptr;         ///< the component's own memories at this instant
-  T flow = T(0.0);              ///< rad/s, sum of |v| over the arm's joints: what the pump must deliver
+  const T* speeds = nullptr;    ///< rad/s (m/s), v of all the arm's joints
+  int joints = 0;               ///< how many
   T drive = T(0.0);             ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
@@ -49,7 +50,7 @@ enum class Scale {
   drag,       ///< N m s^2/rad^2: effort over velocity squared
   hardening,  ///< N m/rad^3: effort over position cubed
   length,     ///< m, a tenth of the arm's stretched length: searched no further than that
-  inertia     ///< kg m^2: effort over the acceleration velocity^2/position
+  inertia     ///< kg m^2: of all that moves with the joint, about its axis, joints at zero
 };
 
 struct ParameterInfo {
@@ -62,6 +63,8 @@ struct ParameterInfo {
   std::vector<double> starts = {};  ///< sizes to start a search from, in units of `scale`
   Coordinate coordinate = Coordinate::linear;
   bool optional = false;  ///< a refinement of the effect's shape: tried free, and fixed at its neutral value
+  /// Of an effect on the whole arm: one for every joint ("flow_joint_1"), after all others in `p`.
+  bool per_joint = false;
 };
 
 /// Hooks of one component for one scalar type; null where the component does not act.

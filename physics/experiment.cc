@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "scenarios/error.h"
 
@@ -44,9 +45,11 @@ const char* unit_of(ChannelKind kind, bool prismatic) {
 struct Cut {
   std::shared_ptr<CommandTrack> track = std::make_shared<CommandTrack>();
   std::vector<std::vector<double>> measured;
+  double session = 0.0;  ///< s, of the track's start
 };
 
-Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels) {
+Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels,
+        double session_offset) {
   const Recording& data = *spec.data;
   const std::vector<double>& time = column_of(data, scenario.channels.time);
   const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL));
@@ -58,6 +61,7 @@ Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<C
                      fmt::format("at least {}", kFewestSamples));
   }
   Cut out;
+  out.session = session_offset + time[from];
   for (std::size_t i = from; i < to; ++i) out.track->time.push_back(time[i] - time[from]);
   const auto commands = scenario.channels.of.find(ChannelKind::command);
   for (const Joint& joint : scenario.robot->joints()) {
@@ -117,7 +121,7 @@ int find_channel(const std::vector<Channel>& channels, ChannelKind kind, int joi
 Segment make_segment(const Scenario& scenario, int index, const Cut& piece, const std::vector<Channel>& channels,
                      std::size_t first, std::size_t count) {
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
-  Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}};
+  Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}, piece.session};
   for (const std::vector<double>& column : piece.measured) {
     const auto begin = column.begin() + static_cast<std::ptrdiff_t>(first);
     segment.measured.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count));
@@ -169,6 +173,26 @@ void add_segments(const Scenario& scenario, int index, const Cut& piece, Experim
       out.segments.push_back(make_segment(scenario, index, piece, out.channels, first, stop - first));
     first = std::max(stop - 1, first + 1);
   }
+}
+
+/// s, by file: what must be added to its clock to get the session's time. Files are in the order of their first mention;
+/// clocks that go on from one file to the next are taken as they are.
+std::map<std::string, double> session_offsets(const Scenario& scenario) {
+  std::vector<std::pair<std::string, const std::vector<double>*>> clocks;
+  for (const RecordingSpec& spec : scenario.recordings) {
+    const auto same = std::find_if(clocks.begin(), clocks.end(), [&](const auto& c) { return c.first == spec.file; });
+    if (same == clocks.end()) clocks.emplace_back(spec.file, &column_of(*spec.data, scenario.channels.time));
+  }
+  bool goes_on = true;
+  for (std::size_t k = 1; k < clocks.size(); ++k)
+    goes_on = goes_on && clocks[k].second->front() >= clocks[k - 1].second->back();
+  std::map<std::string, double> out;
+  double end = 0.0;  // of the files so far, in the session's time
+  for (const auto& [file, time] : clocks) {
+    out[file] = (goes_on ? -clocks.front().second->front() : end - time->front());
+    end += time->back() - time->front();
+  }
+  return out;
 }
 
 /// rms about zero (commands) or about the mean (positions) over the train recordings.
@@ -318,13 +342,15 @@ Experiment make_experiment(const Scenario& scenario) {
     throw InputError(scenario.file.string() + ": channels", "no measured channel", "a position of at least one joint");
   }
   std::vector<Cut> cuts;
-  for (const RecordingSpec& spec : scenario.recordings) cuts.push_back(cut(scenario, spec, out.channels));
+  const std::map<std::string, double> session = session_offsets(scenario);
+  for (const RecordingSpec& spec : scenario.recordings)
+    cuts.push_back(cut(scenario, spec, out.channels, session.at(spec.file)));
   if (cuts.empty()) throw InputError(scenario.file.string() + ": recordings", "none", "at least one");
   out.sample_period = scenario.sample_period.value_or(median_spacing(cuts.front().track->time));
   estimate_noise(out.channels, cuts);
   for (std::size_t r = 0; r < cuts.size(); ++r) add_segments(scenario, static_cast<int>(r), cuts[r], out);
   measure_sizes(scenario, cuts, out);
-  for (const Cut& piece : cuts) out.span = std::max(out.span, piece.track->time.back());
+  for (const Cut& piece : cuts) out.span = std::max(out.span, piece.session + piece.track->time.back());
   return out;
 }
 

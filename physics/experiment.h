@@ -32,6 +32,9 @@ struct Segment {
   std::size_t first = 0, count = 0;           ///< samples of the track that the segment covers
   std::vector<std::vector<double>> measured;  ///< [channel][sample of the segment]; NaN where missing
   std::vector<double> q0, v0;                 ///< start of the simulation, from the measured positions
+  /// s, from the session's start to time 0 of the track: recordings follow one another in the order of the scenario, each
+  /// when the one before has ended, unless their own clocks go on from file to file.
+  double session = 0.0;
 
   double time(std::size_t sample) const { return commands->time[first + sample]; }
 };
@@ -49,7 +52,7 @@ struct Experiment {
   /// rms of the command and of the measured positions' speed per joint (train recordings): sizes for searches.
   std::vector<double> command_rms, speed_rms, position_rms;
   std::vector<double> position_middle, position_reach;  ///< middle and half of the range travelled (train)
-  double span = 0.0;                                    ///< s, longest recording
+  double span = 0.0;                                    ///< s, length of the session
 };
 
 /// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is shorter

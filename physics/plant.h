@@ -18,9 +18,9 @@ namespace lacuna {
 /// When a plant is asked for its efforts.
 template <class T>
 struct Instant {
-  T t = T(0.0);      ///< s, from the start of the recording
-  T since = T(0.0);  ///< s, since the start of the step, to which the memories belong
-  T flow = T(0.0);   ///< rad/s, sum of |v| over the joints
+  T t = T(0.0);               ///< s, from the start of the session
+  T since = T(0.0);           ///< s, since the start of the step, to which the memories belong
+  const T* speeds = nullptr;  ///< rad/s (m/s), v of all joints
 };
 
 template <class T, class Dyn>
@@ -118,9 +118,11 @@ class Plant {
   void begin_memories(const Instant<T>& now, const T* q, const T* v, const T* u, T* m) const {
     for (int j = 0; j < dof(); ++j) {
       const JointParts& parts = joint(j);
-      const JointView<T> s = view(parts, now, q[j], v[j], u[j]);
+      JointView<T> s = view(parts, now, q[j], v[j], u[j]);
       for (const Bound& c : parts.effects) {
+        s.m = m + c.memory;
         if (c.hooks->begin != nullptr) c.hooks->begin(&parameters_[c.first], s, m + c.memory);
+        if (c.hooks->command != nullptr) s.u = c.hooks->command(&parameters_[c.first], s);
       }
     }
   }
@@ -148,12 +150,13 @@ class Plant {
     for (int j = 0; j < dof(); ++j) {
       const std::size_t i = static_cast<std::size_t>(j);
       const JointParts& parts = joint(j);
-      const JointView<T> s = view(parts, {}, q[i], v[i], u[i]);
+      JointView<T> s = view(parts, {}, q[i], v[i], u[i]);
       auto start = [&](const Bound& c) {
         if (c.hooks->initial == nullptr) return;
         c.hooks->initial(&parameters_[c.first], s, holding[i], z + c.state);
       };
       for (const Bound& c : parts.actuator) start(c);
+      s.drive = actuator_effort(parts, s, z, nullptr);
       for (const Bound& c : parts.effects) start(c);
     }
   }
@@ -201,7 +204,7 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.flow = now.flow;
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof();
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
     return s;
@@ -226,19 +229,27 @@ class Plant {
     }
   }
 
+  T actuator_effort(const JointParts& parts, JointView<T> s, const T* z, T* z_rate) const {
+    T tau(0.0);
+    for (const Bound& c : parts.actuator) {
+      s.z = z + c.state;
+      if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
+      if (c.hooks->rate != nullptr && z_rate != nullptr) c.hooks->rate(&parameters_[c.first], s, z_rate + c.state);
+    }
+    return tau;
+  }
+
   T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now) {
     JointParts& parts = joints_[static_cast<std::size_t>(j)];
     T scratch[kMostMemories];
-    T tau(0.0);
-    auto collect = [&](const Bound& c) {
+    T tau = actuator_effort(parts, s, z, z_rate);
+    parts.drive = s.drive = tau;
+    for (const Bound& c : parts.effects) {
       s.z = z + c.state;
       if (c.hooks->command == nullptr) recall(c, now, m, m_now, scratch, s);
       if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
       if (c.hooks->rate != nullptr && z_rate != nullptr) c.hooks->rate(&parameters_[c.first], s, z_rate + c.state);
-    };
-    for (const Bound& c : parts.actuator) collect(c);
-    parts.drive = s.drive = tau;
-    for (const Bound& c : parts.effects) collect(c);
+    }
     return tau;
   }
 

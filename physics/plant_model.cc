@@ -10,9 +10,9 @@
 namespace lacuna {
 namespace {
 
-std::string names_of(const std::vector<ParameterInfo>& infos) {
+std::string names_of(const std::vector<EffectParameter>& parameters) {
   std::string text;
-  for (const ParameterInfo& info : infos) text += (text.empty() ? "" : ", ") + std::string(info.name);
+  for (const EffectParameter& p : parameters) text += (text.empty() ? "" : ", ") + p.key;
   return text;
 }
 
@@ -36,27 +36,42 @@ std::string unit_for(const std::string& unit, bool prismatic) {
   return unit;
 }
 
-void check_keys(const std::map<std::string, double>& given, const std::vector<ParameterInfo>& infos,
+void check_keys(const std::map<std::string, double>& given, const std::vector<EffectParameter>& parameters,
                 const std::string& where, const std::string& owner) {
   for (const auto& [key, value] : given) {
-    const bool known = std::any_of(infos.begin(), infos.end(), [&](const ParameterInfo& i) { return key == i.name; });
-    if (!known) throw InputError(where, "parameter " + quoted(key), owner + " takes " + names_of(infos));
+    const bool known =
+        std::any_of(parameters.begin(), parameters.end(), [&](const EffectParameter& p) { return key == p.key; });
+    if (!known) throw InputError(where, "parameter " + quoted(key), owner + " takes " + names_of(parameters));
   }
 }
 
-double checked(const ParameterInfo& info, const std::map<std::string, double>& given, const std::string& where,
+double checked(const EffectParameter& parameter, const std::map<std::string, double>& given, const std::string& where,
                const std::string& owner) {
-  const auto it = given.find(info.name);
+  const ParameterInfo& info = *parameter.info;
+  const auto it = given.find(parameter.key);
   const double value = it == given.end() ? info.neutral : it->second;
-  if (std::isnan(value)) throw InputError(where, "no " + std::string(info.name), owner + " needs " + info.meaning);
+  if (std::isnan(value)) throw InputError(where, "no " + parameter.key, owner + " needs " + info.meaning);
   if (value < info.lower || value > info.upper) {
-    throw InputError(where, fmt::format("{} = {}", info.name, value),
+    throw InputError(where, fmt::format("{} = {}", parameter.key, value),
                      fmt::format("a value from {} to {} {}", info.lower, info.upper, info.unit));
   }
   return value;
 }
 
 }  // namespace
+
+std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint) {
+  std::vector<EffectParameter> out;
+  for (const ParameterInfo& p : info.parameters) {
+    if (!p.per_joint) out.push_back({p.name, &p, joint});
+  }
+  for (const ParameterInfo& p : info.parameters) {
+    if (!p.per_joint) continue;
+    for (int j = 0; j < robot.dof(); ++j)
+      out.push_back({p.name + ("_" + robot.joints()[static_cast<std::size_t>(j)].name), &p, j});
+  }
+  return out;
+}
 
 PlantModel::PlantModel(const Scenario& scenario)
     : robot_(scenario.robot),
@@ -69,7 +84,8 @@ PlantModel::PlantModel(const Scenario& scenario)
     const Link& link = robot_->links()[i];
     if (link.body < 0 || link.inertial.mass <= 0.0) continue;
     mass_parameter_[i] = static_cast<int>(parameters_.size());
-    parameters_.push_back({link.name + ".mass", "kg", link.inertial.mass, link.inertial.mass, 1e-9, 1e9, nullptr});
+    parameters_.push_back(
+        {link.name + ".mass", "kg", link.inertial.mass, link.inertial.mass, 1e-9, 1e9, nullptr, "mass"});
   }
   for (const EffectSpec& spec : scenario.effects) add_effect(spec);
 }
@@ -86,14 +102,17 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
     throw InputError(spec.where, "model " + quoted(spec.model), "one of " + names_of_table(actuator_table()));
   }
   const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(type)];
-  check_keys(spec.parameters, info.parameters, spec.where, spec.model);
   const int joint = robot_->find_joint(spec.joint).value();
+  std::vector<EffectParameter> parameters;
+  for (const ParameterInfo& p : info.parameters) parameters.push_back({p.name, &p, joint});
+  check_keys(spec.parameters, parameters, spec.where, spec.model);
   const bool prismatic = robot_->joints()[static_cast<std::size_t>(joint)].prismatic();
   Component& component = actuators_[static_cast<std::size_t>(joint)];
-  component = {type, joint, static_cast<int>(parameters_.size()), static_cast<int>(info.parameters.size()), {}};
-  for (const ParameterInfo& p : info.parameters) {
+  component = {type, joint, static_cast<int>(parameters_.size()), static_cast<int>(parameters.size()), {}};
+  for (const EffectParameter& p : parameters) {
     const double value = checked(p, spec.parameters, spec.where, spec.model);
-    parameters_.push_back({spec.joint + "." + p.name, unit_for(p.unit, prismatic), value, value, p.lower, p.upper, &p});
+    parameters_.push_back({spec.joint + "." + p.key, unit_for(p.info->unit, prismatic), value, value, p.info->lower,
+                           p.info->upper, p.info, p.key, joint});
   }
 }
 
@@ -103,7 +122,6 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     throw InputError(spec.where, "effect " + quoted(spec.effect), "one of " + names_of_table(effect_table()));
   }
   const EffectInfo& info = effect_table()[static_cast<std::size_t>(type)];
-  check_keys(spec.parameters, info.parameters, spec.where, spec.effect);
   const std::optional<int> joint = robot_->find_joint(spec.place);
   const bool fits = info.where == Where::arm ? spec.place == "arm" : joint.has_value();
   if (!fits) {
@@ -112,13 +130,16 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   if (find_effect_at(spec.effect, spec.place) >= 0) {
     throw InputError(spec.where, spec.effect + " at " + spec.place + " twice", "each effect once at a place");
   }
-  const bool prismatic = joint && robot_->joints()[static_cast<std::size_t>(*joint)].prismatic();
+  const std::vector<EffectParameter> parameters =
+      effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint);
+  check_keys(spec.parameters, parameters, spec.where, spec.effect);
   effects_.push_back({type, info.where == Where::arm ? -1 : *joint, static_cast<int>(parameters_.size()),
-                      static_cast<int>(info.parameters.size()), spec.recordings});
-  for (const ParameterInfo& p : info.parameters) {
+                      static_cast<int>(parameters.size()), spec.recordings});
+  for (const EffectParameter& p : parameters) {
+    const bool prismatic = p.joint >= 0 && robot_->joints()[static_cast<std::size_t>(p.joint)].prismatic();
     const double value = checked(p, spec.parameters, spec.where, spec.effect);
-    parameters_.push_back({spec.place + "." + spec.effect + "." + p.name, unit_for(p.unit, prismatic), value, p.neutral,
-                           p.lower, p.upper, &p});
+    parameters_.push_back({spec.place + "." + spec.effect + "." + p.key, unit_for(p.info->unit, prismatic), value,
+                           p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
   }
 }
 

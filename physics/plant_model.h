@@ -23,7 +23,17 @@ struct Parameter {
   double neutral;                       ///< where the effect vanishes (effects)
   double lower, upper;                  ///< physical range
   const ParameterInfo* info = nullptr;  ///< null for link masses
+  std::string key = {};                 ///< the last part of its name, as a scenario writes it
+  int joint = -1;                       ///< whose sizes it is measured by; -1: the arm
 };
+
+/// What an effect at a joint (-1: the arm) is given by on this robot: its parameters, those of every joint one by one.
+struct EffectParameter {
+  std::string key;
+  const ParameterInfo* info;
+  int joint;
+};
+std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint);
 
 /// An actuator or an effect at its place.
 struct Component {

@@ -66,11 +66,10 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
   std::vector<T> m(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
   Instant<T> now;
   for (std::size_t k = 0; k < samples; ++k) {
-    now = {T(segment.time(k)), T(k == 0 ? 0.0 : segment.time(k) - segment.time(k - 1)), T(0.0)};
+    now = {T(segment.session + segment.time(k)), T(k == 0 ? 0.0 : segment.time(k) - segment.time(k - 1)), vk.data()};
     for (std::size_t j = 0; j < n; ++j) {
       qk[j] = T(q[j][k]), vk[j] = T(v[j][k]), ak[j] = T(a[j][k]);
       uk[j] = delayed_command(plant, segment, static_cast<int>(j), k);
-      now.flow = now.flow + abs(vk[j]);
     }
     if (k == 0) plant.begin_memories(now, qk.data(), vk.data(), uk.data(), m.data());
     plant.dynamics().inverse_dynamics(qk.data(), vk.data(), ak.data(), tau.data());
@@ -78,7 +77,7 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
       const int joint = static_cast<int>(j);
       plant.effort(joint, now, qk[j], vk[j], uk[j], z.data(), m.data(), nullptr, m.data());
       T passive(0.0);
-      const Instant<T> here{now.t, T(0.0), now.flow};  // the memories are of this sample by now
+      const Instant<T> here{now.t, T(0.0), now.speeds};  // the memories are of this sample by now
       plant.effort_parts(joint, here, qk[j], vk[j], uk[j], z.data(), m.data(), given[j][k], passive);
       needed[j][k] = tau[j] - passive + sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
     }

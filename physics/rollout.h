@@ -47,7 +47,8 @@ class Rollout {
 
   Plant<T, Dyn>& plant_;
   std::size_t n_, size_;
-  T t_ = T(0.0);  ///< s, each lane its own
+  T t_ = T(0.0);          ///< s, each lane its own, from the recording's start
+  double session_ = 0.0;  ///< s, from the session's start to the recording's
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> memory_;  ///< of the plant, at the start of the step
   std::vector<T> u_, tau_, free_, direction_, breakaway_;

@@ -52,6 +52,7 @@ void Rollout<T, Dyn>::start(const Segment& segment) {
     std::fill(cursor.index.begin(), cursor.index.end(), std::size_t{0});
   }
   t_ = T(segment.time(0));
+  session_ = segment.session;
   fetch_commands(segment, 0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
   plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
@@ -122,9 +123,7 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
 
 template <class T, class Dyn>
 Instant<T> Rollout<T, Dyn>::instant(const T& since, const State& x) const {
-  T flow(0.0);
-  for (std::size_t j = 0; j < n_; ++j) flow = flow + abs(x[n_ + j]);
-  return {t_ + since, since, flow};
+  return {T(session_) + t_ + since, since, x.data() + n_};
 }
 
 /// Carries the memories over `since` seconds, to the present state.

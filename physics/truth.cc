@@ -132,9 +132,7 @@ class TruthRun {
   }
 
   Instant<double> instant(double since, const State& x) const {
-    double flow = 0.0;
-    for (std::size_t j = 0; j < n_; ++j) flow += std::fabs(x[n_ + j]);
-    return {t_ + since, since, flow};
+    return {segment_.session + t_ + since, since, x.data() + n_};
   }
 
   /// Commands in force now, and when the next one of them jumps within the sample interval.

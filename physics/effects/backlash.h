@@ -1,42 +1,57 @@
 #pragma once
 
-#include "physics/catalogue.h"
+#include "physics/effects/transmission.h"
 
 namespace lacuna {
 
-/// A gap between actuator and link. In contact the link gets what the actuator gives; within the gap it gets nothing, and
-/// the actuator's side, without mass, crosses the gap against its own damper and spring: with e its lead over the link,
-/// e' = (tau0 - S e)/D between -gap/2 and gap/2, tau0 the effort it would give at e = 0. Neutral at gap = 0.
+/// Free travel between actuator and link. In contact the actuator's side pulls the link through a stiffness; in flight the
+/// link gets nothing, and that side crosses the gap against the actuator's own damper and spring. Neutral at gap = 0.
 struct Backlash {
   static EffectInfo info() {
     return {"backlash",
             "Backlash",
             Where::joint,
-            "no effort while the actuator crosses a gap of this width",
-            "lost motion after each reversal",
+            "no effort while the actuator crosses from -gap to +gap; beyond, tau = k (theta - q -+ gap)",
+            "lost motion after each reversal of the effort",
             "sensor_backlash, valve_hysteresis",
-            "M. Nordin and P.-O. Gutman, Automatica 38 (2002): dead zone between sides, driving side without mass",
-            {{"gap", "rad", 0.0, 0.0, 10.0, "whole width of the gap", Scale::position, {0.02, 0.1}}}};
+            "M. Nordin and P.-O. Gutman, Automatica 38 (2002): dead zone between two sides",
+            {{"gap", "rad", 0.0, 0.0, 10.0, "free travel to either side", Scale::position, {0.01, 0.05}},
+             {"k",
+              "N m/rad",
+              HUGE_VAL,
+              1e-6,
+              HUGE_VAL,
+              "stiffness of the contact",
+              Scale::stiffness,
+              {100.0, 20.0},
+              Coordinate::inverse},
+             side_inertia()}};
   }
-  static constexpr int memories = 1;  // e, rad
+  static constexpr int states = 2;  // theta, rad, and theta', rad/s
   template <class T>
-  static void remember(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) {
-    const T half = T(0.5) * p[0];
-    now[0] = max(min(lead(s, dt, before[0]), half), T(0.0) - half);
+  static void initial(const T* p, const JointView<T>& s, const T&, T* out) {
+    out[0] = s.q + select(acts(p), side(p, s).settled(s.drive), T(0.0));
+    out[1] = s.v;
+  }
+  template <class T>
+  static void rate(const T* p, const JointView<T>& s, T* out) {
+    const Mask<T> loose = acts(p);
+    out[0] = select(loose, s.z[1], s.v);
+    out[1] = select(loose, side(p, s).acceleration(s.drive, s.z[0] - s.q, s.z[1] - s.v), T(0.0));
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    const T half = T(0.5) * p[0], e = s.m[0], push = s.drive - s.stiffness * e;
-    const Mask<T> contact = (abs(e) >= half) && (push * e >= T(0.0));
-    return select(p[0] > T(0.0), select(contact, T(0.0) - s.stiffness * e, T(0.0) - s.drive), T(0.0));
+    return select(acts(p), side(p, s).effort(s.z[0] - s.q) - s.drive, T(0.0));
   }
 
  private:
   template <class T>
-  static T lead(const JointView<T>& s, const T& dt, const T& e) {
-    const T x = s.stiffness * dt / max(s.damping, T(1e-12));
-    const T share = select(x > T(1e-9), (T(1.0) - exp(T(0.0) - min(x, T(700.0)))) / max(x, T(1e-9)), T(1.0));
-    return e + (s.drive - s.stiffness * e) / max(s.damping, T(1e-12)) * dt * share;
+  static Mask<T> acts(const T* p) {
+    return p[0] > T(0.0);
+  }
+  template <class T>
+  static Transmission<T> side(const T* p, const JointView<T>& s) {
+    return Transmission<T>::of(s, p[1], p[0], p[2]);
   }
 };
 

@@ -1,19 +1,18 @@
 #pragma once
 
-#include "physics/catalogue.h"
+#include "physics/effects/transmission.h"
 
 namespace lacuna {
 
-/// A spring between actuator and link. What the command gives drives the actuator's side, which has an inertia J of its own
-/// (J theta'' = that - f) and pulls the link by f = k (theta - q) + c (theta' - v), c = 2 zeta sqrt(k J); the actuator's
-/// damper and spring act on the link, as in the plain model. Neutral at k = infinity.
+/// A spring between actuator and link. The actuator's side carries the actuator's own damper and spring: a load bends the
+/// joint by load/k, and a command arrives late by about D/k. Neutral at k = infinity.
 struct JointCompliance {
   static EffectInfo info() {
     return {"joint_compliance",
             "Joint compliance",
             Where::joint,
-            "the command's effort reaches the link through a spring k, from a side of inertia J",
-            "ringing, phase",
+            "tau = k (theta - q); J theta'' = K u - D theta' - S (theta - rest) - tau",
+            "the joint gives under load; ringing, phase",
             "stiffness, actuator_lag, input_delay",
             "M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987)",
             {{"k",
@@ -25,34 +24,33 @@ struct JointCompliance {
               Scale::stiffness,
               {100.0, 10.0},
               Coordinate::inverse},
-             {"J", "kg m^2", 0.1, 1e-9, 1e9, "inertia of the actuator's side", Scale::inertia, {0.02, 0.2}},
-             {"zeta", "1", 0.2, 0.0, 10.0, "damping ratio of that side on its spring", Scale::ratio, {0.2}}}};
+             side_inertia()}};
   }
   static constexpr int states = 2;  // theta, rad, and theta', rad/s
   template <class T>
-  static void initial(const T* p, const JointView<T>& s, const T& holding, T* out) {
-    out[0] = s.q + (holding + s.stiffness * (s.q - s.rest)) / p[0];
+  static void initial(const T* p, const JointView<T>& s, const T&, T* out) {
+    out[0] = s.q + select(acts(p), side(p, s).settled(s.drive), T(0.0));
     out[1] = s.v;
   }
   template <class T>
   static void rate(const T* p, const JointView<T>& s, T* out) {
-    const Mask<T> rigid = !(T(1.0) / p[0] > T(0.0));
-    out[0] = select(rigid, s.v, s.z[1]);
-    out[1] = select(rigid, T(0.0), (driven(s) - pull(p, s)) / p[1]);
+    const Mask<T> soft = acts(p);
+    out[0] = select(soft, s.z[1], s.v);
+    out[1] = select(soft, side(p, s).acceleration(s.drive, s.z[0] - s.q, s.z[1] - s.v), T(0.0));
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return select(T(1.0) / p[0] > T(0.0), pull(p, s) - driven(s), T(0.0));
+    return select(acts(p), side(p, s).effort(s.z[0] - s.q) - s.drive, T(0.0));
   }
 
  private:
   template <class T>
-  static T driven(const JointView<T>& s) {
-    return s.drive + s.damping * s.v + s.stiffness * (s.q - s.rest);
+  static Mask<T> acts(const T* p) {
+    return T(1.0) / p[0] > T(0.0);
   }
   template <class T>
-  static T pull(const T* p, const JointView<T>& s) {
-    return p[0] * (s.z[0] - s.q) + T(2.0) * p[2] * sqrt(p[0] * p[1]) * (s.z[1] - s.v);
+  static Transmission<T> side(const T* p, const JointView<T>& s) {
+    return Transmission<T>::of(s, p[0], T(0.0), p[1]);
   }
 };
 

@@ -37,9 +37,18 @@ double capped(double x, double n) { return x * std::pow(1.0 + std::pow(x, n), -1
 double sgn(double x) { return (x > 0.0) - (x < 0.0); }
 double played(double past, double x, double half) { return std::max(std::min(past, x + half), x - half); }
 
-/// Effort of the spring of the compliance below on the link; past: angle and speed of the actuator's side.
-double spring(const Block& b) {
-  return 900.0 * (b.past[0] - b.x) + 2.0 * 0.3 * std::sqrt(900.0 * 0.4) * (b.past[1] - b.v);
+/// What lies between actuator and link below, by an explicit rule; past[0]: lead of the actuator's side.
+constexpr double kSpring = 900.0;  // N/m
+double pull(const Block& b, double half) {
+  return kSpring * (std::max(b.past[0] - half, 0.0) + std::min(b.past[0] + half, 0.0));
+}
+std::function<void(Block&, double)> settle(double half) {
+  return [half](Block& b, double) { b.past[0] = (b.drive(b.u) + kSpring * half) / (kStiffness + kSpring); };
+}
+std::function<void(Block&, double)> cross(double half) {
+  return [half](Block& b, double dt) {
+    b.past[0] += dt * (b.drive(b.u) - kStiffness * b.past[0] - pull(b, half)) / kDamping;
+  };
 }
 
 const std::vector<Law>& laws() {
@@ -59,7 +68,7 @@ const std::vector<Law>& laws() {
        {{"ratio", 0.5}, {"phase", 0.7}},
        [](const Block& b) { return b.drive(b.u * (1.0 + 0.5 * (std::sin(b.x + 0.7) - std::sin(0.7)))); }},
       {"supply_pressure_sag",
-       {{"depth", 0.4}, {"flow", 1.5}},
+       {{"depth", 0.4}, {"flow_slide", 1.5}},
        [](const Block& b) { return b.drive(b.u * (1.0 - 0.4 * capped(std::fabs(b.v) / 1.5, 3.0))); }},
       {"load_dependent_friction",
        {{"mu", 0.2}, {"v0", 0.05}},
@@ -87,32 +96,24 @@ const std::vector<Law>& laws() {
        {{"q_lim", 0.0}, {"k", -400.0}},
        [](const Block& b) { return b.drive(b.u) + 400.0 * std::max(0.0 - b.x, 0.0); }},
       {"backlash",
-       {{"gap", 0.1}},
+       {{"gap", 0.05}},
        [](const Block& b) {
          const double push = b.drive(b.u) - kStiffness * b.past[0];
          return std::fabs(b.past[0]) >= 0.05 && push * b.past[0] >= 0.0 ? push : 0.0;
        },
-       nullptr,
+       [](Block& b, double) { b.past[0] = 0.05; },
        [](Block& b, double dt) {
          const double lead = b.past[0] + dt * (b.drive(b.u) - kStiffness * b.past[0]) / kDamping;
          b.past[0] = std::clamp(lead, -0.05, 0.05);
        },
        nullptr,
-       1e-3},  // contact is not located within a step: first order
-      {"joint_compliance",
-       {{"k", 900.0}, {"J", 0.4}, {"zeta", 0.3}},
-       [](const Block& b) { return spring(b) - kDamping * b.v - kStiffness * (b.x - kRest); },
-       [](Block& b, double) {
-         b.past[0] = b.x + kStiffness * (b.x - kRest) / 900.0;
-         b.past[1] = b.v;
-       },
-       [](Block& b, double dt) {
-         b.past[1] += dt * (kGain * b.u - spring(b)) / 0.4;
-         b.past[0] += dt * b.past[1];
-       },
-       nullptr,
-       1e-4,  // the hand's own: an explicit rule of first order
-       2e-6},
+       1e-4},  // a kink of the effort at each contact and release
+      {"backlash",
+       {{"gap", 0.05}, {"k", kSpring}},
+       [](const Block& b) { return pull(b, 0.05); },
+       settle(0.05),
+       cross(0.05)},
+      {"joint_compliance", {{"k", kSpring}}, [](const Block& b) { return pull(b, 0.0); }, settle(0.0), cross(0.0)},
       {"thermal_drift",
        {{"depth", 0.5}, {"tau", 0.6}},
        [](const Block& b) { return b.drive(b.u) + 0.5 * (1.0 - std::exp(-b.t / 0.6)) * kDamping * b.v; }},

@@ -33,11 +33,10 @@ PlantModel with_typical(const Scenario& scenario, const EffectInfo& info, const 
   const bool arm = info.where == Where::arm;
   EffectSpec spec = effect(info.name, arm ? "arm" : "shoulder", {});
   const PlantModel plain(scenario);
-  for (const ParameterInfo& p : info.parameters) {
-    if (p.optional || p.starts.empty()) continue;
-    const int joint = arm ? -1 : 0;
-    spec.parameters[p.name] = typical_origin(p.scale, moved, joint) +
-                              p.starts.front() * typical_size(p.scale, plain, moved, joint, plain.values());
+  for (const EffectParameter& p : effect_parameters(info, plain.robot(), arm ? -1 : 0)) {
+    if (p.info->optional || p.info->starts.empty()) continue;
+    const double size = typical_size(p.info->scale, plain, moved, p.joint, plain.values());
+    spec.parameters[p.key] = typical_origin(p.info->scale, moved, p.joint) + p.info->starts.front() * size;
   }
   return plain.with_effects({spec});
 }

@@ -1,0 +1,51 @@
+// Shared by what lies between actuator and link: a side of the actuator's own, of inertia J, that carries the actuator's
+// damper and spring and pulls the link through a stiffness k with free travel to both sides.
+#pragma once
+
+#include "physics/catalogue.h"
+
+namespace lacuna {
+
+/// With e the lead of that side over the link and tau0 the effort that the actuator would give at e = 0, e' = 0:
+/// J theta'' = tau0 - D e' - S e - f(e); f(e) = k (e - half) beyond half, k (e + half) below -half, zero between.
+/// Nothing faster than kFastest is resolved: J counts at least D kFastest, k at most J/kFastest^2 (both smoothly, so that
+/// a search that strays there finds back), and no stiffness limits the steps of the rollout.
+template <class T>
+struct Transmission {
+  static constexpr double kFastest = 2e-3;  ///< s
+
+  T k, half, S, D, J;  ///< N m/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, m, N/m, N s/m, kg)
+
+  static Transmission of(const JointView<T>& s, const T& k, const T& half, const T& inertia) {
+    constexpr double kLeast = 1e-9;  // kg m^2: a side without a damper keeps some
+    const T J = max(larger(inertia, s.damping * T(kFastest)), T(kLeast));
+    const T softness = larger(T(1.0) / k, T(kFastest * kFastest) / J);
+    return {T(1.0) / softness, half, s.stiffness, s.damping, J};
+  }
+
+  /// Effort on the link.
+  T effort(const T& e) const { return k * (max(e - half, T(0.0)) + min(e + half, T(0.0))); }
+
+  /// Lead at which the side rests under tau0 while the link is held.
+  T settled(const T& tau0) const {
+    const Mask<T> flies = abs(tau0) <= S * half;
+    const T free = select(abs(tau0) > T(0.0), tau0 / max(S, T(1e-12)), T(0.0));
+    return select(flies, free, (tau0 + sign(tau0) * k * half) / (S + k));
+  }
+
+  /// theta'' at lead e and its rate.
+  T acceleration(const T& tau0, const T& e, const T& rate) const { return (tau0 - D * rate - S * e - effort(e)) / J; }
+
+ private:
+  /// The larger of two with a rounded corner: 0.3 % above it at 3 : 1.
+  static T larger(const T& a, const T& b) {
+    const T top = max(max(a, b), T(1e-300)), x = a / top, y = b / top;
+    return top * sqrt(sqrt(x * x * x * x + y * y * y * y));
+  }
+};
+
+inline ParameterInfo side_inertia() {
+  return {"J", "kg m^2", 0.0, 0.0, 1e9, "inertia of the actuator's side", Scale::inertia, {0.05, 0.3}};
+}
+
+}  // namespace lacuna
