@@ -37,7 +37,7 @@ struct Tried {
     return std::all_of(effect.own.begin(), effect.own.end(), [](double x) { return std::isfinite(x); });
   }
   /// An own number driven to the end of its range. Optional ones and those of every joint may stand there; all but the
-  /// leading one may stand at a neutral value that is an end.
+  /// leading one may stand at an end at or beyond which their neutral value lies.
   bool at_end() const {
     const auto& axes = model.space.axes();
     for (std::size_t k = 0; k < effect.own.size(); ++k) {
@@ -47,9 +47,10 @@ struct Tried {
       const double x = model.fit.point[model.fit.point.size() - effect.own.size() + k];
       const double margin = 1e-6 * (axis.upper - axis.lower);
       if (!std::isfinite(margin)) continue;
-      const double neutral = axis.coordinate == Coordinate::inverse ? 1.0 / p.neutral : p.neutral;
-      if (k > 0 && std::fabs(x - neutral) <= margin) continue;
-      if (x <= axis.lower + margin || x >= axis.upper - margin) return true;
+      const double neutral = to_search(axis.coordinate, p.neutral);
+      const bool low = x <= axis.lower + margin && !(k > 0 && neutral <= axis.lower + margin);
+      const bool high = x >= axis.upper - margin && !(k > 0 && neutral >= axis.upper - margin);
+      if (low || high) return true;
     }
     return false;
   }

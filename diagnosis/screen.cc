@@ -169,7 +169,7 @@ class EffectScreen {
             const int joint = model_.parameters()[static_cast<std::size_t>(axes[a].parameter)].joint;
             const double size = typical_size(info->scale, model_, experiment_, joint, model_.values());
             const double value = typical_origin(info->scale, experiment_, joint) + factor * size;
-            grown.back().push_back(info->coordinate == Coordinate::inverse ? 1.0 / value : value);
+            grown.back().push_back(to_search(info->coordinate, value));
           }
         }
       }
@@ -203,8 +203,7 @@ class EffectScreen {
     std::copy(plain.begin(), plain.end(), values.begin());
     for (std::size_t p = 0; p < chain.axes.size(); ++p) {
       const double own = x(base_ + static_cast<Eigen::Index>(p));
-      values[static_cast<std::size_t>(chain.axes[p].parameter)] =
-          chain.axes[p].coordinate == Coordinate::inverse ? 1.0 / own : own;
+      values[static_cast<std::size_t>(chain.axes[p].parameter)] = from_search(chain.axes[p].coordinate, own);
     }
     return values;
   }
@@ -248,8 +247,7 @@ class EffectScreen {
   }
   /// A parameter's neutral value in its search coordinate.
   double neutral_of(const Axis& axis) const {
-    const double neutral = model_.parameters()[static_cast<std::size_t>(axis.parameter)].neutral;
-    return axis.coordinate == Coordinate::inverse ? 1.0 / neutral : neutral;
+    return to_search(axis.coordinate, model_.parameters()[static_cast<std::size_t>(axis.parameter)].neutral);
   }
   /// Starts that sizing has brought together are one.
   void drop_twins() {
@@ -518,6 +516,10 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
       axis.lower = std::isfinite(p.upper) ? 1.0 / p.upper : 0.0;
       axis.upper = std::min(1.0 / p.lower, kWidest / size);
       axis.start = 1.0 / p.value;
+    } else if (axis.coordinate == Coordinate::logarithm) {
+      axis.lower = std::log(std::max(p.lower, size / kWidest));
+      axis.upper = std::log(std::min(p.upper, kWidest * size));
+      axis.start = std::clamp(std::log(p.value), axis.lower, axis.upper);
     } else if (p.info->scale == Scale::time) {
       axis.upper = std::min(p.upper, kShortestTime);
     } else if (p.info->scale == Scale::length) {

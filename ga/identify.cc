@@ -67,6 +67,8 @@ Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double
     value = 1.0 / x;
     const double a = low > 0.0 ? 1.0 / low : HUGE_VAL, b = 1.0 / std::max(high, 1e-300);
     low = std::min(a, b), high = std::max(a, b);
+  } else if (axis.coordinate == Coordinate::logarithm) {
+    value = std::exp(x), low = std::exp(low), high = std::exp(high);
   }
   const double margin = kAtBound * std::min(axis.upper - axis.lower, std::fabs(x) + 1e-12);
   return {p.name,

@@ -11,10 +11,6 @@
 namespace lacuna {
 namespace {
 
-double to_search(Coordinate coordinate, double value) {
-  return coordinate == Coordinate::inverse ? 1.0 / value : value;
-}
-
 bool is_mass(const Parameter& parameter) { return parameter.info == nullptr; }
 
 Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index) {
@@ -33,6 +29,8 @@ Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index) {
   Axis axis{index, std::max(lower, p.lower), std::min(upper, p.upper), p.value, Coordinate::linear};
   if (p.info != nullptr && p.info->coordinate == Coordinate::inverse) {
     axis = {index, 1.0 / axis.upper, 1.0 / axis.lower, 1.0 / p.value, Coordinate::inverse};
+  } else if (p.info != nullptr && p.info->coordinate == Coordinate::logarithm && axis.lower > 0.0) {
+    axis = {index, std::log(axis.lower), std::log(axis.upper), std::log(p.value), Coordinate::logarithm};
   }
   return axis;
 }
@@ -122,7 +120,7 @@ std::vector<double> SearchSpace::start() const {
 std::vector<double> SearchSpace::expand(std::span<const double> point) const {
   std::vector<double> values = base_;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    values[static_cast<std::size_t>(axes_[a].parameter)] = to_search(axes_[a].coordinate, point[a]);
+    values[static_cast<std::size_t>(axes_[a].parameter)] = from_search(axes_[a].coordinate, point[a]);
   }
   if (dependent_ < 0) return values;
   double others = 0.0;

@@ -12,8 +12,7 @@
 
 namespace lacuna {
 
-/// One coordinate of the search. Bounds and start are in the search coordinate (the inverse of the parameter for
-/// Coordinate::inverse, the parameter itself otherwise).
+/// One coordinate of the search. Bounds and start are in the search coordinate (to_search).
 struct Axis {
   int parameter = 0;  ///< index in PlantModel::parameters()
   double lower = 0.0, upper = 0.0, start = 0.0;

@@ -32,8 +32,20 @@ struct JointView {
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
-/// Search coordinate of a parameter whose neutral value lies at infinity: optimisers see its inverse.
-enum class Coordinate { linear, inverse };
+/// What optimisers see of a parameter: itself; its inverse, where the neutral value lies at infinity; its logarithm, where
+/// only its order of magnitude is clear beforehand and it must stay positive.
+enum class Coordinate { linear, inverse, logarithm };
+
+inline double to_search(Coordinate coordinate, double value) {
+  switch (coordinate) {
+    case Coordinate::inverse: return 1.0 / value;
+    case Coordinate::logarithm: return std::log(value);
+    default: return value;
+  }
+}
+inline double from_search(Coordinate coordinate, double x) {
+  return coordinate == Coordinate::logarithm ? std::exp(x) : to_search(coordinate, x);
+}
 
 /// What a typical size of a parameter is measured in; the experiment supplies the value (ga/search_space.h).
 enum class Scale {

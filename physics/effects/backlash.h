@@ -24,7 +24,7 @@ struct Backlash {
               "stiffness of the contact",
               Scale::stiffness,
               {100.0, 20.0},
-              Coordinate::inverse},
+              Coordinate::logarithm},
              side_inertia()}};
   }
   static constexpr int states = 2;  // theta, rad, and theta', rad/s

@@ -45,7 +45,15 @@ struct Transmission {
 };
 
 inline ParameterInfo side_inertia() {
-  return {"J", "kg m^2", 0.0, 0.0, 1e9, "inertia of the actuator's side", Scale::inertia, {0.05, 0.3}};
+  return {"J",
+          "kg m^2",
+          0.0,
+          0.0,
+          1e9,
+          "inertia of the actuator's side",
+          Scale::inertia,
+          {0.05, 0.3},
+          Coordinate::logarithm};
 }
 
 }  // namespace lacuna
