@@ -184,7 +184,7 @@ Work population_call(double seconds, int individuals, const std::vector<EffectSp
 /// The first `count` of smooth effects on joint after joint.
 std::vector<EffectSpec> effects_on_arm(int count) {
   const std::vector<std::pair<std::string, std::string>> kinds = {
-      {"quadratic_damping", "c2"}, {"stiffness_hardening", "k3"}, {"valve_offset", "b"}, {"damping_asymmetry", "c"}};
+      {"quadratic_damping", "c"}, {"stiffness_hardening", "k3"}, {"valve_offset", "b"}, {"damping_asymmetry", "a"}};
   const auto joints = arm_robot()->joints();
   std::vector<EffectSpec> out;
   for (int k = 0; k < count; ++k) {
@@ -195,9 +195,13 @@ std::vector<EffectSpec> effects_on_arm(int count) {
 }
 
 Study growth_of_calls(const Settings& settings) {
-  Study study{"Recording, population, effects (Featherstone, six joints)", "size", "ms a call", 1e-3, {}};
+  Study study{"Recording length (8 individuals), population and effects (1 s), Featherstone, six joints",
+              "size",
+              "ms a call",
+              1e-3,
+              {}};
   const double top = settings.quick ? 4.0 : 32.0;
-  Series length{"recording length, s (8 individuals)", {}, {}, ""};
+  Series length{"recording, s", {}, {}, ""};
   std::vector<Work> works;
   for (double seconds = 1.0; seconds <= top; seconds *= 2.0) {
     length.size.push_back(seconds);
@@ -206,7 +210,7 @@ Study growth_of_calls(const Settings& settings) {
   measure(length, works, settings);
   study.series.push_back(std::move(length));
 
-  Series individuals{fmt::format("population (1 s, packs of {})", lane_info().width), {}, {}, ""};
+  Series individuals{"individuals", {}, {}, ""};
   works.clear();
   for (int n = 8; n <= (settings.quick ? 32 : 512); n *= 2) {
     individuals.size.push_back(n);
@@ -215,7 +219,7 @@ Study growth_of_calls(const Settings& settings) {
   measure(individuals, works, settings);
   study.series.push_back(std::move(individuals));
 
-  Series effects{"effects (1 s, 8 individuals)", {}, {}, ""};
+  Series effects{"effects", {}, {}, ""};
   works.clear();
   for (const int n : settings.quick ? std::vector<int>{1, 6} : std::vector<int>{1, 3, 6, 12, 24}) {
     effects.size.push_back(n);
