@@ -145,7 +145,7 @@ int threads_for(const Session& session) {
 
 Ending do_command(int argc, char** argv, Session& session) {
   CLI::App app;
-  const Ending read = read_command_line(argc, argv, app, session);
+  Ending read = read_command_line(argc, argv, app, session);
   if (read.code != 0 || !session.run) return read;
   if (session.threads < 1) session.threads = threads_for(session);
   if (!session.ranks) return run(session);

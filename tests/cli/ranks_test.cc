@@ -1,9 +1,8 @@
 // `mpirun -n 2 lacuna ...`: the same bits, one output, and an end to the whole job when a rank dies or is interrupted.
 #include "physics/ranks.h"
 
-#include <signal.h>
-
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <thread>
@@ -14,7 +13,6 @@ namespace lacuna::test {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kTwoRanks{"mpirun", "-n", "2"};
