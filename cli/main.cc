@@ -37,8 +37,9 @@ constexpr AddCommand* kCommands[] = {
     add_export,
 };
 
-/// Those that every rank runs, to share the work; of the others only the first rank's run is needed.
-constexpr std::string_view kOnEveryRank[] = {"identify", "diagnose", "blind", "study"};
+/// Those that every rank runs, to share the work; what they write and print is guarded by Session::first(). Of the others
+/// only the first rank's run is needed.
+constexpr std::string_view kOnEveryRank[] = {"identify", "diagnose", "blind"};
 
 constexpr int kBadInput = 2, kNotDone = 3, kInterrupted = 130;
 

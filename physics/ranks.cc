@@ -15,6 +15,9 @@ namespace {
 
 constexpr int kBadInput = 2, kNotDone = 3;
 
+/// Keys of the meetings that are about no pieces.
+constexpr std::uint64_t kIdentities = 1, kAnswer = 2;
+
 /// How long ranks that were asked to stop wait for others that may be gone: mpirun kills after 1 s.
 constexpr std::chrono::milliseconds kPatience{400};
 
@@ -44,6 +47,8 @@ Ranks::Ranks(std::unique_ptr<RankTransport> transport, const StopFlag& asked)
 }
 
 void Ranks::agree_on(const std::string& identity) {
+  // First, whether all have come for this.
+  share(kIdentities, nullptr, {}, std::vector<std::size_t>(hosts_.size(), 0));
   const std::vector<std::string> all = texts(identity);
   for (std::size_t r = 1; r < all.size(); ++r) {
     if (all[r] != all[0])
@@ -145,7 +150,7 @@ std::vector<std::vector<std::byte>> Ranks::share(std::uint64_t key, const std::e
 bool Ranks::as_first(bool answer) {
   const std::byte mine{answer};
   const std::vector<std::size_t> one(static_cast<std::size_t>(size()), 1);
-  return share(1, nullptr, std::span(&mine, 1), one).front().front() != std::byte{0};
+  return share(kAnswer, nullptr, std::span(&mine, 1), one).front().front() != std::byte{0};
 }
 
 Ending Ranks::part(Ending mine) {

@@ -122,7 +122,7 @@ TEST_F(Job, DiagnosesToTheSameBits) {
 
 /// A rank that is killed ends the job; whatever number of ranks takes it up again comes to the same result.
 TEST_F(Job, AKilledRankEndsItAndARerunResumes) {
-  constexpr int kGenerations = 150;
+  constexpr int kGenerations = 80;
   const fs::path whole = arm_.folder() / "whole", parts = arm_.folder() / "parts";
   ASSERT_EQ(lacuna(identify(whole, kGenerations)).code, 0);
   std::optional<Outcome> ended;
@@ -144,7 +144,7 @@ TEST_F(Job, AKilledRankEndsItAndARerunResumes) {
 }
 
 TEST_F(Job, AnInterruptionEndsItAndOneProcessResumes) {
-  constexpr int kGenerations = 150;
+  constexpr int kGenerations = 80;
   const fs::path whole = arm_.folder() / "whole", parts = arm_.folder() / "parts";
   ASSERT_EQ(lacuna(identify(whole, kGenerations)).code, 0);
   std::optional<Outcome> ended;

@@ -63,6 +63,16 @@ TEST(Ranks, RefuseProgramsThatMightComputeOtherBits) {
   });
 }
 
+TEST(Ranks, OneThatLeavesAtOnceIsNotMistakenForAnother) {
+  on_ranks(2, [](Ranks& ranks, StopFlag&) {
+    if (ranks.first()) {
+      EXPECT_EQ(parting([&] { ranks.agree_on("lanes avx2 x 4"); }, 2), "rank 1 on here: no such option");
+    } else {
+      EXPECT_EQ(ranks.part({2, "no such option"}).code, 2);
+    }
+  });
+}
+
 TEST(Ranks, TheOthersLearnWhyOneLeaves) {
   on_ranks(3, [](Ranks& ranks, StopFlag&) {
     if (ranks.rank() == 1) {
