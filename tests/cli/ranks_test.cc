@@ -120,6 +120,39 @@ TEST_F(Job, DiagnosesToTheSameBits) {
   EXPECT_EQ(numbers_of(arm.folder() / "alone/diagnosis.json"), numbers_of(arm.folder() / "shared/diagnosis.json"));
 }
 
+TEST_F(Job, GivesTheSameVerdictsOnAFolderOfCasesAndDoesNotRepeatThem) {
+  const auto line = [&](const fs::path& out) {
+    return std::vector<std::string>{"blind",
+                                    arm_.folder().string(),
+                                    "-o",
+                                    out.string(),
+                                    "--no-engines",
+                                    "--no-pictures",
+                                    "--population",
+                                    "20",
+                                    "--generations",
+                                    "5",
+                                    "--threads",
+                                    "1"};
+  };
+  const auto verdicts = [](const fs::path& out) {
+    auto cases = json_file(out / "blind.json").at("cases");
+    for (auto& one : cases) one.erase("seconds");
+    return cases;
+  };
+  const TemporaryFolder results;
+  const fs::path alone = results.path() / "alone", shared = results.path() / "shared";
+  ASSERT_EQ(lacuna(line(alone)).code, 0);
+  ASSERT_EQ(run(line(shared)).code, 0);
+  EXPECT_EQ(verdicts(alone), verdicts(shared));
+  const fs::path name = arm_.folder().filename() / "diagnosis.json", verdict = shared / name;
+  EXPECT_EQ(numbers_of(alone / name), numbers_of(verdict));
+  const auto written = fs::last_write_time(verdict);
+  ASSERT_EQ(run(line(shared)).code, 0);
+  EXPECT_EQ(fs::last_write_time(verdict), written);
+  EXPECT_EQ(verdicts(alone), verdicts(shared));
+}
+
 /// A rank that is killed ends the job; whatever number of ranks takes it up again comes to the same result.
 TEST_F(Job, AKilledRankEndsItAndARerunResumes) {
   constexpr int kGenerations = 80;
