@@ -100,15 +100,17 @@ std::optional<BlindVerdict> finished(const fs::path& folder, const std::string& 
   }
 }
 
-/// The verdict on one case, from `folder` or made now. The label is not looked at.
-BlindVerdict verdict_on(Session& session, const DiagnoseFlags& flags, const CaseFolder& one, const fs::path& folder,
-                        const std::function<void(const Progress&)>& progress) {
+/// The verdict on one case, from `folder` or made now; nothing where another rank writes it. The label is not looked at.
+std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& flags, const CaseFolder& one,
+                                       const fs::path& folder, const std::function<void(const Progress&)>& progress) {
   const Scenario scenario = load_scenario(one.folder / "scenario.yaml");
   check_diagnosable(scenario);
   const std::string key = key_of(session, flags, scenario);
-  if (auto verdict = finished(folder, key)) return *verdict;
+  const auto verdict = session.first() ? finished(folder, key) : std::nullopt;
+  if (session.ranks ? session.ranks->as_first(verdict.has_value()) : verdict.has_value()) return verdict;
   make_parent_folder(folder / "diagnosis.json");
   const Diagnosis diagnosis = run_diagnosis(session, flags, scenario, folder, progress);
+  if (!session.first()) return std::nullopt;
   write_diagnosis_report(folder, scenario, diagnosis, session.context(), {});
   write_file_atomically(folder / "input.txt", key);
   DiagnosisCheckpoint::remove(folder / "checkpoint.json");
@@ -204,6 +206,7 @@ void run(Session& session, const BlindFlags& given) {
   if (flags.quick) folders = slice(folders);
   make_parent_folder(out / "blind.json");
   std::vector<BlindCase> cases = give_verdicts(session, flags.diagnose, folders, out);
+  if (!session.first()) return;
   // Every verdict is on disk. From here on, and nowhere before, labels are read.
   for (std::size_t i = 0; i < cases.size(); ++i) open_label(folders[i], cases[i]);
   const Context context = session.context();

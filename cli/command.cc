@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 StopFlag stop{false};
+const StopFlag* followed = &stop;
 static_assert(StopFlag::is_always_lock_free, "a signal handler sets it");
 
 void on_signal(int) { stop.store(true); }
@@ -50,9 +51,11 @@ CLI::App& add_scenario_command(CLI::App& app, Session& session, const std::strin
   return command;
 }
 
-const StopFlag& stop_flag() { return stop; }
+const StopFlag& stop_flag() { return *followed; }
 
-void watch_signals() {
+void stop_with(const Ranks& ranks) { followed = &ranks.stop(); }
+
+const StopFlag& watch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
   // The default returns with the first signal, so that a second one ends a program that does not listen.
@@ -60,6 +63,7 @@ void watch_signals() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  return stop;
 }
 
 void print(const std::string& text) {

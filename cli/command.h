@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/executor.h"
+#include "physics/ranks.h"
 #include "reports/context.h"
 #include "scenarios/scenario.h"
 
@@ -29,10 +29,14 @@ struct Session {
   std::string scenario_file;                       ///< for subcommands that take one
   std::vector<std::filesystem::path> checkpoints;  ///< files from any of which an interrupted command resumes
   std::function<void()> run;                       ///< set by the subcommand that was named
+  std::shared_ptr<Ranks> ranks;                    ///< null unless started as one of several
+
+  /// Whether this process writes and prints; the other ranks compute only.
+  bool first() const { return ranks == nullptr || ranks->first(); }
 
   /// `-o`, else out/<scenario's name>; created. Throws WorkError.
   std::filesystem::path output_folder(const Scenario& scenario) const;
-  Context context() const { return make_context(seed, threads, command_line); }
+  Context context() const { return make_context(seed, threads, command_line, ranks ? ranks->size() : 1); }
 };
 
 /// One subcommand's entry in the program.
@@ -45,9 +49,12 @@ CLI::App& add_command(CLI::App& app, Session& session, const std::string& name, 
 CLI::App& add_scenario_command(CLI::App& app, Session& session, const std::string& name, const std::string& description,
                                const std::string& example, std::function<void()> work);
 
-/// Set by SIGINT and SIGTERM; a second signal ends the program at once.
+/// What work looks at: set by SIGINT and SIGTERM, or by the ranks once all of them know of it.
 const StopFlag& stop_flag();
-void watch_signals();
+/// Set by this process's own signals; a second one ends the program at once.
+const StopFlag& watch_signals();
+/// From here on stop_flag() is the ranks', which must stay.
+void stop_with(const Ranks& ranks);
 
 /// Text on standard output. Throws WorkError where it cannot be written.
 void print(const std::string& text);

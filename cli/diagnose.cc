@@ -77,6 +77,7 @@ void run(Session& session, const DiagnoseFlags& flags) {
     ProgressLine progress("preparing");
     return run_diagnosis(session, flags, scenario, folder, progress.callback());
   }();
+  if (!session.first()) return;
   std::vector<std::string> written = write_model(folder, scenario, diagnosis);
   std::vector<Picture> pictures;
   if (!flags.identify.no_pictures) pictures = report_pictures(folder, scenario, marked_joints(scenario, diagnosis));

@@ -47,10 +47,13 @@ std::string describe(const EngineInfo& info) {
 
 void run(const Session& session) {
   const LaneInfo lanes = lane_info();
+  const RanksInfo ranks = ranks_info();
   if (session.json) {
     Json out = {{"format", "lacuna-engines/1"},
                 {"version", version()},
                 {"lanes", {{"name", lanes.name}, {"width", lanes.width}}},
+                {"ranks", ranks.version.empty() ? Json{{"available", false}, {"reason", ranks.reason}}
+                                                : Json{{"available", true}, {"version", ranks.version}}},
                 {"engines", Json::array()}};
     for (const Engine* engine : engines()) out["engines"].push_back(to_json(engine->info()));
     print(out.dump(2) + "\n");
@@ -58,8 +61,10 @@ void run(const Session& session) {
   }
   std::string out;
   for (const Engine* engine : engines()) out += describe(engine->info());
-  print(out + fmt::format("lanes: {} x {} (parameter sets simulated at once on featherstone, per thread)\n", lanes.name,
-                          lanes.width));
+  out += fmt::format("lanes: {} x {} (parameter sets simulated at once on featherstone, per thread)\n", lanes.name,
+                     lanes.width);
+  print(out + "ranks: " + (ranks.version.empty() ? "not available: " + ranks.reason : ranks.version + " (mpirun)") +
+        "\n");
 }
 
 }  // namespace

@@ -143,6 +143,7 @@ void run(Session& session, const IdentifyFlags& flags) {
   const fs::path folder = session.output_folder(search.scenario);
   refuse_overwriting(search.scenario.file, folder / "scenario.identified.yaml");
   const std::vector<FitResult> fits = fit_all(session, flags, search, engines, folder);
+  if (!session.first()) return;
   const FitResult& leading = fits.front();
   SimulatorOptions simulator = options.simulator;
   simulator.max_step = leading.step.step;

@@ -42,7 +42,9 @@ IdentifyOptions IdentifyFlags::understood(const Session& session, const std::str
   out.simulator.engine = engine_name;
   out.simulator.threads = session.threads;
   out.simulator.stop = &stop_flag();
+  out.simulator.ranks = session.ranks.get();
   out.control.stop = &stop_flag();
+  out.control.writes = session.first();
   return out;
 }
 

@@ -1,14 +1,19 @@
 // `lacuna`: reads the command line, runs one subcommand, and turns every failure into one line and an exit code.
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
+#include <string_view>
+#include <thread>
 
 #include "cli/command.h"
+#include "cli/progress.h"
 #include "scenarios/error.h"
 #include "scenarios/text.h"
 
@@ -32,13 +37,11 @@ constexpr AddCommand* kCommands[] = {
     add_export,
 };
 
-constexpr int kBadInput = 2, kNotDone = 3, kInterrupted = 130;
+/// Those that every rank runs, to share the work; what they write and print is guarded by Session::first(). Of the others
+/// only the first rank's run is needed.
+constexpr std::string_view kOnEveryRank[] = {"identify", "diagnose", "blind"};
 
-/// One line on standard error, whatever the message holds.
-int fail(int code, const std::string& message) {
-  std::cerr << "lacuna: " << printable(message, 2000) << std::endl;
-  return code;
-}
+constexpr int kBadInput = 2, kNotDone = 3, kInterrupted = 130;
 
 std::string joined(int argc, char** argv) {
   std::string out;
@@ -74,20 +77,23 @@ std::string interrupted_message(const Session& session) {
   return "interrupted; nothing was finished that could be resumed from";
 }
 
-int run(Session& session) {
+/// Does the work; every failure becomes an exit code and one line.
+Ending run(Session& session) {
   try {
     session.run();
-    return 0;
+    return {};
+  } catch (const RanksParted& error) {
+    return {error.code, error.what()};
   } catch (const Interrupted&) {
-    return fail(kInterrupted, interrupted_message(session));
+    return {kInterrupted, interrupted_message(session)};
   } catch (const InputError& error) {
-    return fail(kBadInput, error.what());
+    return {kBadInput, error.what()};
   } catch (const std::invalid_argument& error) {
-    return fail(kBadInput, error.what());
+    return {kBadInput, error.what()};
   } catch (const std::bad_alloc&) {
-    return fail(kNotDone, "out of memory");
+    return {kNotDone, "out of memory"};
   } catch (const std::exception& error) {
-    return fail(kNotDone, error.what());
+    return {kNotDone, error.what()};
   }
 }
 
@@ -100,24 +106,72 @@ std::string unknown_command(const CLI::App& app, int argc, char** argv) {
   return InputError("command", quoted(std::string(argv[1])), one_of(names)).what();
 }
 
-int main_program(int argc, char** argv) {
-  send_logs_to_standard_error();
-  watch_signals();
-  Session session;
-  session.command_line = joined(argc, argv);
-  CLI::App app;
+/// Understands the line, prints help where that was asked for, and says what to run: nothing where all is done.
+Ending read_command_line(int argc, char** argv, CLI::App& app, Session& session) {
   describe(app);
   for (AddCommand* add : kCommands) add(app, session);
-  if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) return fail(kBadInput, unknown);
+  if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) return {kBadInput, unknown};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return fail(kBadInput,
-                std::string(error.what()) + "; `lacuna --help` and `lacuna COMMAND --help` list what there is");
+    session.run = nullptr;
+    if (error.get_exit_code() != 0)
+      return {kBadInput,
+              std::string(error.what()) + "; `lacuna --help` and `lacuna COMMAND --help` list what there is"};
+    if (session.first()) app.exit(error);  // --help, --version
   }
-  if (session.threads < 1) session.threads = default_threads();
+  return {};
+}
+
+/// Everything that must be alike for ranks to compute the same bits, in words.
+std::string identity_of(const Session& session) {
+  const Context c = session.context();
+  return fmt::format("lacuna {} commit {} ({} {}) with lanes {}, run as `{}`", c.version, c.commit, c.compiler, c.flags,
+                     c.lanes, c.command_line);
+}
+
+void join(Session& session, const StopFlag& asked) {
+  if (!started_as_rank()) return;
+  session.ranks = join_ranks(asked);
+  set_progress_style(session.first() ? ProgressStyle::log : ProgressStyle::none);
+  if (!session.first()) spdlog::set_level(spdlog::level::off);
+}
+
+/// All CPUs; ranks on one machine share them, unless each was bound to its own.
+int threads_for(const Session& session) {
+  const int neighbours = session.ranks ? session.ranks->neighbours() : 1;
+  const int share = static_cast<int>(std::thread::hardware_concurrency()) / neighbours;
+  return neighbours > 1 ? std::clamp(share, 1, default_threads()) : default_threads();
+}
+
+Ending do_command(int argc, char** argv, Session& session) {
+  CLI::App app;
+  Ending read = read_command_line(argc, argv, app, session);
+  if (read.code != 0 || !session.run) return read;
+  if (session.threads < 1) session.threads = threads_for(session);
+  if (!session.ranks) return run(session);
+  const std::string command = app.get_subcommands().front()->get_name();
+  if (std::find(std::begin(kOnEveryRank), std::end(kOnEveryRank), command) == std::end(kOnEveryRank))
+    return session.first() ? run(session) : Ending{};
+  stop_with(*session.ranks);
+  session.run = [work = session.run, &session] {
+    session.ranks->agree_on(identity_of(session));
+    work();
+  };
   return run(session);
+}
+
+int main_program(int argc, char** argv) {
+  send_logs_to_standard_error();
+  Session session;
+  session.command_line = joined(argc, argv);
+  join(session, watch_signals());
+  Ending ending = do_command(argc, argv, session);
+  if (session.ranks) ending = session.ranks->part(ending);
+  if (session.first() && !ending.message.empty())
+    std::cerr << "lacuna: " << printable(ending.message, 2000) << std::endl;
+  if (session.ranks && !session.ranks->leave()) std::_Exit(ending.code);
+  return ending.code;
 }
 
 }  // namespace

@@ -19,7 +19,10 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr Seconds kQuiet{2.0};
 constexpr std::chrono::milliseconds kPeriod{200};
+constexpr std::chrono::seconds kLogPeriod{30};
 constexpr int kBarWidth = 24;
+
+ProgressStyle chosen_style = ProgressStyle::terminal;
 
 std::string span_of(double seconds) {
   const long s = std::lround(seconds);
@@ -47,15 +50,20 @@ struct ProgressLine::State {
   std::thread drawer;
 
   std::string line() const {
+    const int full = static_cast<int>(done * kBarWidth);
+    const std::string out = fmt::format("[{}{}] ", std::string(static_cast<std::size_t>(full), '#'),
+                                        std::string(static_cast<std::size_t>(kBarWidth - full), '.'));
+    return (out + words()).substr(0, terminal_width() - 1);
+  }
+
+  std::string words() const {
     const double gained = done - stage_done, spent = Seconds(updated - stage_begin).count();
     // Counted down from the last report on: between reports nothing is known but the clock.
     const double left = spent * (1.0 - done) / std::max(gained, 1e-9) - Seconds(Clock::now() - updated).count();
-    const int full = static_cast<int>(done * kBarWidth);
-    std::string out = fmt::format("[{}{}] {:3.0f} %  {}", std::string(static_cast<std::size_t>(full), '#'),
-                                  std::string(static_cast<std::size_t>(kBarWidth - full), '.'), 100.0 * done, stage);
+    std::string out = fmt::format("{:3.0f} %  {}", 100.0 * done, stage);
     out += gained > 1e-6 && done < 1.0 ? fmt::format(", {} left", span_of(std::max(left, 1.0)))
                                        : fmt::format(", {} so far", span_of(Seconds(Clock::now() - begin).count()));
-    return out.substr(0, terminal_width() - 1);
+    return out;
   }
 
   static void write(const std::string& text) {
@@ -71,13 +79,22 @@ struct ProgressLine::State {
     }
     if (drawn) write("\r\x1b[K");
   }
+
+  void log() {
+    std::unique_lock lock(mutex);
+    while (!wake.wait_for(lock, kLogPeriod, [&] { return closing; })) write("lacuna: " + words() + "\n");
+  }
 };
 
+void set_progress_style(ProgressStyle style) { chosen_style = style; }
+
 ProgressLine::ProgressLine(const std::string& stage) {
-  if (::isatty(STDERR_FILENO) == 0) return;
+  const ProgressStyle style = chosen_style;
+  if (style == ProgressStyle::none || (style == ProgressStyle::terminal && ::isatty(STDERR_FILENO) == 0)) return;
   state_ = std::make_unique<State>();
   state_->stage = stage;
-  state_->drawer = std::thread([state = state_.get()] { state->draw(); });
+  state_->drawer =
+      std::thread([state = state_.get(), style] { style == ProgressStyle::log ? state->log() : state->draw(); });
 }
 
 ProgressLine::~ProgressLine() {

@@ -1,4 +1,5 @@
 // The progress line on a terminal: bar, percent, stage, time left. Silent elsewhere and for work of under two seconds.
+// Under mpirun there is no terminal, but whoever watches the log of a batch job: a line now and then.
 #pragma once
 
 #include <functional>
@@ -8,6 +9,10 @@
 #include "ga/optimizer.h"
 
 namespace lacuna {
+
+enum class ProgressStyle { terminal, log, none };
+/// For the lines made from here on; where nothing is set they are for a terminal.
+void set_progress_style(ProgressStyle style);
 
 class ProgressLine {
  public:

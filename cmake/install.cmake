@@ -11,6 +11,11 @@ endif()
 # The headers are C++20 and need Eigen; everything else stays inside the library.
 target_compile_features(lacuna INTERFACE cxx_std_20)
 install(TARGETS lacuna EXPORT lacunaTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET lacuna_mpi)
+  # Loaded by name from beside the library, whose folder it needs for its own link to it.
+  set_target_properties(lacuna_mpi PROPERTIES INSTALL_RPATH "$ORIGIN")
+  install(TARGETS lacuna_mpi LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endif()
 foreach(room scenarios backends physics ga diagnosis reports render)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
   # Headers over a library other than Eigen, and those of the generator, are ours alone.

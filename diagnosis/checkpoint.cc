@@ -86,8 +86,8 @@ struct DiagnosisCheckpoint::Content {
   Json json;
 };
 
-DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string problem)
-    : file_(std::move(file)), content_(std::make_unique<Content>()) {
+DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string problem, bool writes)
+    : file_(std::move(file)), writes_(writes), content_(std::make_unique<Content>()) {
   content_->json = {{"format", kFormat}, {"problem", problem}, {"rounds", Json::array()}};
   if (file_.empty() || !std::filesystem::exists(file_)) return;
   Json found;
@@ -151,7 +151,7 @@ void DiagnosisCheckpoint::store_baseline(const CurrentModel& model, const FitRes
                             g.evaluations, exact_text(g.seconds)});
   }
   content_->json["baseline"] = std::move(j);
-  if (!file_.empty()) write_file_atomically(file_, content_->json.dump());
+  write();
 }
 
 bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment, const SimulatorOptions& options,
@@ -180,7 +180,11 @@ void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::opti
     j["point"] = exact(model.fit.point);
   }
   content_->json["rounds"].push_back(std::move(j));
-  if (!file_.empty()) write_file_atomically(file_, content_->json.dump());
+  write();
+}
+
+void DiagnosisCheckpoint::write() const {
+  if (writes_ && !file_.empty()) write_file_atomically(file_, content_->json.dump());
 }
 
 void DiagnosisCheckpoint::remove(const std::filesystem::path& file) {

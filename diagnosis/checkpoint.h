@@ -15,7 +15,8 @@ namespace lacuna {
 /// A file of another problem (scenario, data, options) is refused with an InputError.
 class DiagnosisCheckpoint {
  public:
-  DiagnosisCheckpoint(std::filesystem::path file, std::string problem);
+  /// `writes` false: another process (rank) writes the file.
+  DiagnosisCheckpoint(std::filesystem::path file, std::string problem, bool writes = true);
   ~DiagnosisCheckpoint();
 
   /// Path for a search's own checkpoint beside this one; empty without a file.
@@ -36,7 +37,9 @@ class DiagnosisCheckpoint {
 
  private:
   struct Content;
+  void write() const;
   std::filesystem::path file_;
+  bool writes_;
   std::unique_ptr<Content> content_;
 };
 

@@ -138,7 +138,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   const PlantModel model(scenario);
   const Experiment experiment = make_experiment(scenario);
   const SearchSpace space(model, scenario);
-  DiagnosisCheckpoint saved(control.checkpoint, control.problem);
+  DiagnosisCheckpoint saved(control.checkpoint, control.problem, control.writes);
 
   report("plain model", 0.02);
   IdentifyOptions identify_options = options.identify;

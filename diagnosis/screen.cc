@@ -323,7 +323,7 @@ class EffectScreen {
     lower = axis.lower, upper = axis.upper;
   }
 
-  /// Damped Gauss-Newton step of one chain, cut at the bounds.
+  /// Damped Gauss-Newton step of one chain from `tried`, which is where it stands, cut at the bounds.
   void propose_step(Chain& chain) const {
     const Eigen::MatrixXd J = sensitivities(chain);
     Eigen::MatrixXd normal = J.transpose() * J;
@@ -331,7 +331,6 @@ class EffectScreen {
     const double floor = 1e-12 * std::max(diagonal.maxCoeff(), 1e-300);
     for (Eigen::Index i = 0; i < diagonal.size(); ++i) normal(i, i) += kDamping * diagonal(i) + floor;
     const Eigen::VectorXd step = normal.ldlt().solve(-(J.transpose() * chain.residual).eval());
-    chain.tried = chain.x;
     if (!step.allFinite()) return;
     for (Eigen::Index i = 0; i < step.size(); ++i) {
       double lower, upper;
@@ -341,13 +340,24 @@ class EffectScreen {
   }
 
   void propose() {
-    parallel_for(
-        options_.simulator.threads, static_cast<int>(chains_.size()),
-        [&](int, int k) {
-          Chain& chain = chains_[static_cast<std::size_t>(k)];
-          if (chain.alive) propose_step(chain);
-        },
-        options_.simulator.stop);
+    std::uint64_t key = hash_of({});
+    for (Chain& chain : chains_) {
+      chain.tried = chain.x;
+      key = hash_of(std::as_bytes(std::span(chain.x.data(), static_cast<std::size_t>(chain.x.size()))), key);
+    }
+    const SimulatorOptions& on = options_.simulator;
+    make_executor(on.threads, on.ranks, on.stop)
+        ->run(
+            static_cast<int>(chains_.size()),
+            [&](int, int k) {
+              Chain& chain = chains_[static_cast<std::size_t>(k)];
+              if (chain.alive) propose_step(chain);
+            },
+            [&](int k) -> std::vector<std::span<std::byte>> {
+              Eigen::VectorXd& tried = chains_[static_cast<std::size_t>(k)].tried;
+              return {std::as_writable_bytes(std::span(tried.data(), static_cast<std::size_t>(tried.size())))};
+            },
+            key);
   }
 
   /// Simulates the proposals, keeps the better ones, and brings the sensitivities up to date.
@@ -603,14 +613,20 @@ std::vector<std::string> recordings_with_effect(const PlantModel& model, const C
     both[1][i] = model.parameters()[i].neutral;
   }
   std::vector<std::array<double, 2>> energy(experiment.segments.size(), {0.0, 0.0});
-  make_simulator(model, experiment, options)->run(both, first, [&](int which, int s, const auto& predicted) {
+  const auto energy_of = [&](int which, int s) -> double& {
+    return energy[static_cast<std::size_t>(s)][static_cast<std::size_t>(which)];
+  };
+  const auto sum = [&](int which, int s, const auto& predicted) {
     const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
     for (std::size_t c = 0; c < predicted.size() && c < segment.measured.size(); ++c) {
       for (std::size_t k = 0; k < segment.count && segment.time(k) - segment.time(0) <= kLook; ++k) {
         const double e = (predicted[c][k] - segment.measured[c][k]) / weights[c];
-        if (std::isfinite(e)) energy[static_cast<std::size_t>(s)][static_cast<std::size_t>(which)] += e * e;
+        if (std::isfinite(e)) energy_of(which, s) += e * e;
       }
     }
+  };
+  make_simulator(model, experiment, options)->run(both, first, sum, [&](int which, int s) {
+    return std::as_writable_bytes(std::span(&energy_of(which, s), 1));
   });
   std::vector<std::string> on;
   for (std::size_t k = 0; k < files.size(); ++k) {

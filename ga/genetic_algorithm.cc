@@ -155,7 +155,7 @@ class Evolution {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     state_.history.push_back(
         record_generation(points, state_.costs, box_, state_.best_cost, state_.evaluations, seconds_before_ + seconds));
-    if (!control_.checkpoint.empty()) save_checkpoint(control_.checkpoint, identity_, state_);
+    if (control_.writes && !control_.checkpoint.empty()) save_checkpoint(control_.checkpoint, identity_, state_);
     if (control_.progress) {
       control_.progress({.stage = "genetic algorithm",
                          .done = static_cast<double>(state_.history.size()) / options_.generations,

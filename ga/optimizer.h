@@ -39,6 +39,7 @@ struct RunControl {
   std::function<void(const Progress&)> progress;  ///< called after every generation, in the caller's thread
   const std::atomic<bool>* stop = nullptr;        ///< looked at before every generation
   std::filesystem::path checkpoint;               ///< written after every generation, resumed from if it exists
+  bool writes = true;                             ///< false: another process (rank) writes the checkpoint
   std::string problem;                            ///< fingerprint of what the cost means (scenario, data, engine):
                                                   ///< a checkpoint with another one is refused
 };

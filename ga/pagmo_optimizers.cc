@@ -249,7 +249,7 @@ class PagmoRun {
       if (!replaying()) end_replay();
       return;
     }
-    if (!control_.checkpoint.empty()) save_checkpoint(control_.checkpoint, identity_, state_);
+    if (control_.writes && !control_.checkpoint.empty()) save_checkpoint(control_.checkpoint, identity_, state_);
     if (control_.progress) {
       control_.progress({.stage = std::string("pagmo ") + to_string(options_.method),
                          .done = static_cast<double>(state_.history.size()) / options_.generations,

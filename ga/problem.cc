@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "scenarios/error.h"
 
@@ -87,7 +88,7 @@ std::vector<Eigen::VectorXd> Problem::residuals_of(std::span<const std::vector<d
   const std::vector<ResidualBlock> blocks = layout(segments);
   const Eigen::Index rows = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
   std::vector<Eigen::VectorXd> out(values.size(), Eigen::VectorXd(rows));
-  simulator_->run(values, segments, [&](int individual, int s, const auto& predicted) {
+  const auto write = [&](int individual, int s, const auto& predicted) {
     const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
     Eigen::VectorXd& r = out[static_cast<std::size_t>(individual)];
     for (const ResidualBlock& block : blocks) {
@@ -99,7 +100,17 @@ std::vector<Eigen::VectorXd> Problem::residuals_of(std::span<const std::vector<d
         if (std::isfinite(measured)) r(row++) = (predicted[c][k] - measured) / weights_[c];
       }
     }
-  });
+  };
+  // The rows of one segment stand together.
+  const auto rows_of = [&](int individual, int s) {
+    const auto of = [s](const ResidualBlock& block) { return block.segment == s; };
+    const auto first = std::find_if(blocks.begin(), blocks.end(), of);
+    const auto last = std::find_if_not(first, blocks.end(), of);
+    const Eigen::Index count = std::prev(last)->first + std::prev(last)->count - first->first;
+    return std::as_writable_bytes(
+        std::span(out[static_cast<std::size_t>(individual)].data() + first->first, static_cast<std::size_t>(count)));
+  };
+  simulator_->run(values, segments, write, rows_of);
   return out;
 }
 
@@ -140,16 +151,22 @@ void Problem::costs(std::span<const std::vector<double>> points, std::span<doubl
   std::vector<std::vector<NormAccumulator>> sums(points.size(), std::vector<NormAccumulator>(segments.size()));
   std::vector<std::size_t> place(experiment_.segments.size(), 0);
   for (std::size_t k = 0; k < segments.size(); ++k) place[static_cast<std::size_t>(segments[k])] = k;
-  simulator_->run(values, segments, [&](int individual, int s, const auto& predicted) {
+  const auto sum_of = [&](int individual, int s) -> NormAccumulator& {
+    return sums[static_cast<std::size_t>(individual)][place[static_cast<std::size_t>(s)]];
+  };
+  const auto accumulate = [&](int individual, int s, const auto& predicted) {
     const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
-    NormAccumulator& sum = sums[static_cast<std::size_t>(individual)][place[static_cast<std::size_t>(s)]];
+    NormAccumulator& sum = sum_of(individual, s);
     for (std::size_t c = 0; c < predicted.size(); ++c) {
       for (std::size_t k = 0; k < predicted[c].size(); ++k) {
         const double measured = inverse(experiment_) ? 0.0 : segment.measured[c][k];
         sum.add((predicted[c][k] - measured) / weights_[c], measured / weights_[c]);
       }
     }
-  });
+  };
+  static_assert(std::is_trivially_copyable_v<NormAccumulator>, "ranks hand each other its bytes");
+  simulator_->run(values, segments, accumulate,
+                  [&](int i, int s) { return std::as_writable_bytes(std::span(&sum_of(i, s), 1)); });
   for (std::size_t i = 0; i < points.size(); ++i) {
     NormAccumulator total;
     for (const NormAccumulator& sum : sums[i]) total.merge(sum);

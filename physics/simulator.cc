@@ -34,9 +34,11 @@ const LaneChoice& lane_choice() {
 class PopulationSimulator final : public Simulator {
  public:
   PopulationSimulator(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options)
-      : experiment_(experiment), options_(options) {
-    const int workers = std::max(1, options.threads);
-    for (int w = 0; w < workers; ++w) {
+      : experiment_(experiment),
+        max_step_(options.max_step),
+        alone_(make_executor(options.threads, nullptr, options.stop)),
+        shared_(make_executor(options.threads, options.ranks, options.stop)) {
+    for (int w = 0; w < alone_->workers(); ++w) {
       workers_.push_back(options.engine == "featherstone" ? lane_choice().make(model, experiment)
                                                           : make_engine_predictor(options.engine, model, experiment));
     }
@@ -46,27 +48,48 @@ class PopulationSimulator final : public Simulator {
 
   void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
            const PredictionVisitor& visit) override {
-    const int width = lanes(), count = static_cast<int>(individuals.size());
-    const int packs = (count + width - 1) / width;
-    const int pieces = packs * static_cast<int>(segments.size());
-    parallel_for(
-        static_cast<int>(workers_.size()), pieces,
-        [&](int worker, int piece) {
-          const int segment = segments[static_cast<std::size_t>(piece / packs)];
-          const int first = piece % packs * width, last = std::min(count, first + width);
-          std::vector<const std::vector<double>*> pack;
-          for (int i = first; i < last; ++i) pack.push_back(&individuals[static_cast<std::size_t>(i)]);
-          std::vector<std::vector<std::vector<double>>> predicted;
-          workers_[static_cast<std::size_t>(worker)]->predict(
-              pack, experiment_.segments[static_cast<std::size_t>(segment)], options_.max_step, predicted);
-          for (int i = first; i < last; ++i) visit(i, segment, predicted[static_cast<std::size_t>(i - first)]);
-        },
-        options_.stop);
+    run_on(*alone_, individuals, segments, visit, nullptr);
+  }
+  void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
+           const PredictionVisitor& visit, const PairResult& result) override {
+    run_on(*shared_, individuals, segments, visit, result);
   }
 
  private:
+  /// A piece is one pack of individuals on one segment.
+  void run_on(Executor& executor, std::span<const std::vector<double>> individuals, std::span<const int> segments,
+              const PredictionVisitor& visit, const PairResult& result) {
+    const int width = lanes(), count = static_cast<int>(individuals.size());
+    const int packs = (count + width - 1) / width;
+    const auto segment_of = [&](int piece) { return segments[static_cast<std::size_t>(piece / packs)]; };
+    const auto first_of = [&](int piece) { return piece % packs * width; };
+    const PieceWork simulate = [&](int worker, int piece) {
+      const int segment = segment_of(piece), first = first_of(piece), last = std::min(count, first + width);
+      std::vector<const std::vector<double>*> pack;
+      for (int i = first; i < last; ++i) pack.push_back(&individuals[static_cast<std::size_t>(i)]);
+      std::vector<std::vector<std::vector<double>>> predicted;
+      workers_[static_cast<std::size_t>(worker)]->predict(pack, experiment_.segments[static_cast<std::size_t>(segment)],
+                                                          max_step_, predicted);
+      for (int i = first; i < last; ++i) visit(i, segment, predicted[static_cast<std::size_t>(i - first)]);
+    };
+    const PieceResults results = [&](int piece) {
+      std::vector<std::span<std::byte>> out;
+      for (int i = first_of(piece); i < std::min(count, first_of(piece) + width); ++i)
+        out.push_back(result(i, segment_of(piece)));
+      return out;
+    };
+    executor.run(packs * static_cast<int>(segments.size()), simulate, results, key_of(individuals, segments));
+  }
+
+  std::uint64_t key_of(std::span<const std::vector<double>> individuals, std::span<const int> segments) const {
+    std::uint64_t key = hash_of(std::as_bytes(segments), hash_of(std::as_bytes(std::span(&max_step_, 1))));
+    for (const std::vector<double>& values : individuals) key = hash_of(std::as_bytes(std::span(values)), key);
+    return key;
+  }
+
   const Experiment& experiment_;
-  SimulatorOptions options_;
+  double max_step_;
+  std::unique_ptr<Executor> alone_, shared_;
   std::vector<std::unique_ptr<Predictor>> workers_;
 };
 
@@ -92,10 +115,19 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
   auto predict = [&](double step) {
     SimulatorOptions with = options;
     with.max_step = step;
-    std::vector<std::vector<std::vector<double>>> out(experiment.segments.size());
-    make_simulator(model, experiment, with)->run(one, segments, [&](int, int s, const auto& predicted) {
-      out[static_cast<std::size_t>(s)] = predicted;
-    });
+    std::vector<std::vector<double>> out(experiment.segments.size());  // channel by channel
+    for (const int s : segments) {
+      const std::size_t at = static_cast<std::size_t>(s);
+      out[at].resize(experiment.channels.size() * experiment.segments[at].count);
+    }
+    make_simulator(model, experiment, with)
+        ->run(
+            one, segments,
+            [&](int, int s, const auto& predicted) {
+              auto to = out[static_cast<std::size_t>(s)].begin();
+              for (const std::vector<double>& channel : predicted) to = std::copy(channel.begin(), channel.end(), to);
+            },
+            [&](int, int s) { return std::as_writable_bytes(std::span(out[static_cast<std::size_t>(s)])); });
     return out;
   };
   StepChoice choice{coarsest, HUGE_VAL};
@@ -107,11 +139,12 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
       for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
         const double noise = experiment.channels[c].noise;
         if (!(noise > 0.0)) continue;
-        const auto& a = coarse[static_cast<std::size_t>(s)][c];
-        const auto& b = fine[static_cast<std::size_t>(s)][c];
+        const std::size_t count = experiment.segments[static_cast<std::size_t>(s)].count;
+        const double* a = coarse[static_cast<std::size_t>(s)].data() + c * count;
+        const double* b = fine[static_cast<std::size_t>(s)].data() + c * count;
         double sum = 0.0;
-        for (std::size_t k = 0; k < a.size(); ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-        const double error = std::sqrt(sum / static_cast<double>(a.size())) * (16.0 / 15.0) / noise;
+        for (std::size_t k = 0; k < count; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+        const double error = std::sqrt(sum / static_cast<double>(count)) * (16.0 / 15.0) / noise;
         worst = std::isfinite(error) ? std::max(worst, error) : HUGE_VAL;
       }
     }

@@ -1,7 +1,8 @@
 // The population call: many simulations of one experiment with different parameters.
 //
 // Whoever searches (GA, least squares, screening) asks here. On Featherstone the parameter vectors run as SIMD lanes
-// times threads; on any other engine one by one over threads. Same answer for any number of threads.
+// times threads; on any other engine one by one over threads. With ranks, each simulates its share. Same answer for any
+// number of threads and ranks.
 #pragma once
 
 #include <functional>
@@ -22,11 +23,15 @@ namespace lacuna {
 using PredictionVisitor =
     std::function<void(int individual, int segment, const std::vector<std::vector<double>>& predicted)>;
 
+/// Memory, plain bytes, into which the visitor of a pair writes all that is wanted of it.
+using PairResult = std::function<std::span<std::byte>(int individual, int segment)>;
+
 struct SimulatorOptions {
   std::string engine = "featherstone";
   int threads = 1;
   double max_step = 0.005;  ///< s; see choose_step()
   const StopFlag* stop = nullptr;
+  Ranks* ranks = nullptr;  ///< who shares the simulations; null: this process makes all of them
 };
 
 /// A predictor of one plant on one experiment. Stateless between calls; model and experiment must outlive it.
@@ -35,8 +40,13 @@ class Simulator {
   virtual ~Simulator() = default;
 
   /// Calls `visit` once for every pair, from worker threads, pairs in any order. A diverged simulation holds NaN or inf.
+  /// Every rank makes all simulations itself.
   virtual void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
                    const PredictionVisitor& visit) = 0;
+  /// The same shared among ranks: `visit` is called for a pair on one of them, writes into result(pair) and nowhere else;
+  /// on return all results stand there on every rank.
+  virtual void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
+                   const PredictionVisitor& visit, const PairResult& result) = 0;
   /// How many parameter vectors share one pass: batches that are multiples of this waste nothing.
   virtual int lanes() const = 0;
 };

@@ -42,7 +42,7 @@ std::string cpu_name() {
 
 const char* version() { return LACUNA_VERSION; }
 
-Context make_context(std::uint64_t seed, int threads, const std::string& command_line) {
+Context make_context(std::uint64_t seed, int threads, const std::string& command_line, int ranks) {
   Context context;
   context.date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   context.host = host_name();
@@ -61,6 +61,7 @@ Context make_context(std::uint64_t seed, int threads, const std::string& command
   }
   context.seed = seed;
   context.threads = threads;
+  context.ranks = ranks;
   context.command_line = command_line;
   return context;
 }

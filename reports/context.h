@@ -18,12 +18,13 @@ struct Context {
   std::string lanes;  ///< widest instruction set of the lanes and its width: "avx512 x 8"
   std::vector<std::pair<std::string, std::string>> engine_versions;  ///< built-in engines only
   std::uint64_t seed = 1;
-  int threads = 1;
+  int threads = 1;           ///< of each rank
+  int ranks = 1;             ///< processes that shared the work
   std::string command_line;  ///< as the user gave it
 };
 
 /// The context of this process, now.
-Context make_context(std::uint64_t seed, int threads, const std::string& command_line);
+Context make_context(std::uint64_t seed, int threads, const std::string& command_line, int ranks = 1);
 
 /// Version of the program ("0.1.0").
 const char* version();

@@ -23,6 +23,7 @@ Json json_of(const Context& context) {
           {"engine_versions", engine_versions},
           {"seed", context.seed},
           {"threads", context.threads},
+          {"ranks", context.ranks},
           {"command_line", context.command_line}};
 }
 

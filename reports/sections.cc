@@ -230,7 +230,7 @@ Html context_section(const Context& c) {
   return facts({{"command", element("code", text(c.command_line))},
                 {"date", text(c.date)},
                 {"lacuna", text(fmt::format("{} (commit {})", c.version, c.commit))},
-                {"seed, threads", text(fmt::format("{}, {}", c.seed, c.threads))},
+                {"seed, threads, ranks", text(fmt::format("{}, {}, {}", c.seed, c.threads, c.ranks))},
                 {"machine", text(fmt::format("{}, {}, {} hardware threads", c.host, c.cpu, c.cores))},
                 {"lanes", text(c.lanes)},
                 {"engines", text(list_of(engine_versions))},

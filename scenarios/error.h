@@ -24,6 +24,9 @@ class WorkError : public std::runtime_error {
 class Interrupted : public std::runtime_error {
  public:
   Interrupted() : std::runtime_error("interrupted; partial results are kept and the same command resumes") {}
+
+ protected:
+  using std::runtime_error::runtime_error;
 };
 
 /// A user's text as it may stand in a one-line message: control characters escaped, cut at `limit` characters.

@@ -6,10 +6,11 @@ base_packages=(
   libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev libpagmo-dev
   libpng-dev libspdlog-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
 )
-# The other engines, pictures and benchmarks: what `minimal` does without.
+# The other engines, pictures, benchmarks and runs over several machines: what `minimal` does without.
 engine_packages=(
   libmujoco-dev libqhull-dev libsimbody-dev libode-dev
   libosmesa6-dev libbenchmark-dev python3
+  libopenmpi-dev openmpi-bin
 )
 # What `scripts/lint` needs.
 lint_packages=(clang-format clang-tidy)

@@ -44,9 +44,11 @@ double noise(std::uint64_t stream, std::uint64_t i) {
 
 }  // namespace
 
-Program::Program(const std::vector<std::string>& arguments, const fs::path& folder) {
+Program::Program(const std::vector<std::string>& arguments, const fs::path& folder,
+                 const std::vector<std::string>& launcher) {
   const std::string out = (outputs_.path() / "out").string(), err = (outputs_.path() / "err").string();
-  std::vector<std::string> line{LACUNA_EXECUTABLE};
+  std::vector<std::string> line = launcher;
+  line.emplace_back(LACUNA_EXECUTABLE);
   line.insert(line.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& argument : line) argv.push_back(argument.data());
@@ -57,7 +59,7 @@ Program::Program(const std::vector<std::string>& arguments, const fs::path& fold
   const int err_file = ::open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   ::dup2(out_file, STDOUT_FILENO);
   ::dup2(err_file, STDERR_FILENO);
-  if (folder.empty() || ::chdir(folder.c_str()) == 0) ::execv(argv.front(), argv.data());
+  if (folder.empty() || ::chdir(folder.c_str()) == 0) ::execvp(argv.front(), argv.data());
   ::_exit(127);
 }
 

@@ -19,14 +19,17 @@ struct Outcome {
   std::string out, err;
 };
 
-/// A run of `lacuna`, its outputs in files of their own; `folder` is its working directory.
+/// A run of `lacuna`, its outputs in files of their own; `folder` is its working directory, `launcher` what stands
+/// before it on the line (mpirun).
 class Program {
  public:
-  explicit Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder = {});
+  explicit Program(const std::vector<std::string>& arguments, const std::filesystem::path& folder = {},
+                   const std::vector<std::string>& launcher = {});
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
+  pid_t id() const { return process_; }
   void interrupt() const;
   bool running();
   Outcome wait();
