@@ -15,7 +15,7 @@
 namespace lacuna {
 
 // The subcommands, one file each, in the order of the help.
-AddCommand add_engines, add_effects, add_simulate, add_identify, add_diagnose, add_conceal, add_blind, add_render,
+AddCommand add_engines, add_effects, add_simulate, add_compare, add_identify, add_diagnose, add_conceal, add_blind, add_render,
     add_export;
 
 namespace {
@@ -24,6 +24,7 @@ constexpr AddCommand* kCommands[] = {
     add_engines,   //
     add_effects,   //
     add_simulate,  //
+    add_compare,   //
     add_identify,  //
     add_diagnose,  //
     add_conceal,   //

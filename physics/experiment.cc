@@ -40,15 +40,9 @@ const char* unit_of(ChannelKind kind, bool prismatic) {
   }
 }
 
-/// A recording cut to its time range: the track, and one measured column per channel.
-struct Cut {
-  std::shared_ptr<CommandTrack> track = std::make_shared<CommandTrack>();
-  std::vector<std::vector<double>> measured;
-};
-
-Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels) {
-  const Recording& data = *spec.data;
-  const std::vector<double>& time = column_of(data, scenario.channels.time);
+/// First sample of a recording's time range, and the one after its last.
+std::pair<std::size_t, std::size_t> rows_of(const Scenario& scenario, const RecordingSpec& spec) {
+  const std::vector<double>& time = column_of(*spec.data, scenario.channels.time);
   const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL));
   const auto last = std::upper_bound(first, time.end(), spec.to.value_or(HUGE_VAL));
   const std::size_t from = static_cast<std::size_t>(first - time.begin());
@@ -57,14 +51,19 @@ Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<C
     throw InputError(spec.where, fmt::format("{} samples of {} in the time range", to - from, quoted(spec.file)),
                      fmt::format("at least {}", kFewestSamples));
   }
-  Cut out;
-  for (std::size_t i = from; i < to; ++i) out.track->time.push_back(time[i] - time[from]);
-  const auto commands = scenario.channels.of.find(ChannelKind::command);
-  for (const Joint& joint : scenario.robot->joints()) {
-    const bool driven = commands != scenario.channels.of.end() && commands->second.count(joint.name) > 0;
-    out.track->value.push_back(driven ? converted(data, commands->second.at(joint.name), from, to)
-                                      : std::vector<double>(to - from, 0.0));
-  }
+  return {from, to};
+}
+
+/// A recording cut to its time range: the track, and one measured column per channel.
+struct Cut {
+  std::shared_ptr<const CommandTrack> track;
+  std::vector<std::vector<double>> measured;
+};
+
+Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels) {
+  const Recording& data = *spec.data;
+  const auto [from, to] = rows_of(scenario, spec);
+  Cut out{command_track(scenario, spec), {}};
   for (const Channel& channel : channels) {
     const std::string& joint = scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name;
     out.measured.push_back(converted(data, scenario.channels.of.at(channel.kind).at(joint), from, to));
@@ -307,6 +306,21 @@ std::size_t Experiment::sample_count(Role role) const {
     }
   }
   return n;
+}
+
+std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec) {
+  const Recording& data = *spec.data;
+  const std::vector<double>& time = column_of(data, scenario.channels.time);
+  const auto [from, to] = rows_of(scenario, spec);
+  auto track = std::make_shared<CommandTrack>();
+  for (std::size_t i = from; i < to; ++i) track->time.push_back(time[i] - time[from]);
+  const auto commands = scenario.channels.of.find(ChannelKind::command);
+  for (const Joint& joint : scenario.robot->joints()) {
+    const bool driven = commands != scenario.channels.of.end() && commands->second.count(joint.name) > 0;
+    track->value.push_back(driven ? converted(data, commands->second.at(joint.name), from, to)
+                                  : std::vector<double>(to - from, 0.0));
+  }
+  return track;
 }
 
 Experiment make_experiment(const Scenario& scenario) {
