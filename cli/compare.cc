@@ -78,13 +78,18 @@ Scenario loaded(const fs::path& file, const CompareFlags& flags) {
   return with_recording(scenario, test == scenario.recordings.end() ? scenario.recordings.front() : *test);
 }
 
+/// Position of a joint at a sample; NaN where the run did not come so far.
+double position(const EngineRun& run, std::size_t sample, std::size_t joint) {
+  return sample < run.run.q.size() ? run.run.q[sample][joint] : std::nan("");
+}
+
 /// Largest distance of a joint from the referee at the instants drawn, finite ones only.
 double largest_difference(const std::vector<EngineRun>& runs, const std::vector<std::size_t>& instants) {
   double out = 0.0;
   for (const EngineRun& run : runs) {
     for (const std::size_t k : instants) {
-      for (std::size_t j = 0; j < run.run.q[k].size(); ++j) {
-        const double off = std::fabs(run.run.q[k][j] - runs.front().run.q[k][j]);
+      for (std::size_t j = 0; j < runs.front().run.q[k].size(); ++j) {
+        const double off = std::fabs(position(run, k, j) - runs.front().run.q[k][j]);
         if (std::isfinite(off)) out = std::max(out, off);
       }
     }
@@ -99,7 +104,7 @@ Image sheet(const Scenario& scenario, const std::vector<EngineRun>& runs, const 
   for (std::size_t r = 1; r < runs.size(); ++r) {
     for (const std::size_t k : instants) {
       std::vector<double> q = runs.front().run.q[k];
-      for (std::size_t j = 0; j < q.size(); ++j) q[j] += factor * (runs[r].run.q[k][j] - q[j]);
+      for (std::size_t j = 0; j < q.size(); ++j) q[j] += factor * (position(runs[r], k, j) - q[j]);
       drawings.push_back({runs[r].engine, q, fmt::format("{}, {}", runs[r].engine, runs[r].method),
                           fmt::format("t = {:.3g} s{}", runs[r].times[k],
                                       factor == 1.0 ? "" : fmt::format(", difference x {:.0e}", factor))});
@@ -145,9 +150,10 @@ std::string summary(const Comparison& comparison) {
                        quantity(1e3 * scenario.step, "ms", 3));
     Table table({"engine", ">acceleration difference", ">trajectory error", ">energy drift", ">ns per step",
                  ">real-time factor", ">ns per evaluation"});
+    std::string refused;
     for (const EngineComparison& engine : scenario.engines) {
       if (!engine.available) {
-        table.add({engine.engine, engine.reason});
+        refused += engine.reason + "\n";
         continue;
       }
       const MethodResult& common = engine.method(kCommonMethod);
@@ -155,7 +161,7 @@ std::string summary(const Comparison& comparison) {
                  number(common.energy_drift, 2), steady(common.ns_per_step.median), steady(common.realtime_factor),
                  steady(engine.forward_ns.median)});
     }
-    out += table.str() + "\n";
+    out += table.str() + refused + "\n";
   }
   for (const Recommendation& verdict : recommendations(comparison))
     out += verdict.need + ": " + list_of(verdict.best) + "\n";

@@ -100,11 +100,20 @@ void measure_points(Runner& runner, const Motion& window, const Referee& referee
   find_stable_step(out);
 }
 
-void measure_trajectory(Runner& runner, const Motion& motion, const Referee& referee, double step, MethodResult& out,
-                        Trajectory& run) {
-  const Method method{out.name, out.native};
-  run = runner.run(method, step);
+Affordable::Affordable(const std::string& engine, const Motion& motion, Runner& whole, const Method& method,
+                       double step, double budget)
+    : motion_(&motion), whole_(&whole) {
+  const Motion first = motion.first(0.0);
+  const double pace = Runner(engine, first).run(method, step).seconds / first.duration();
+  seconds_ = pace * motion.duration();
+  if (seconds_ <= budget) return;
+  cut_ = std::make_unique<Motion>(motion.first(budget / pace));
+  cut_runner_ = std::make_unique<Runner>(engine, *cut_);
+}
+
+void describe_trajectory(const Motion& motion, const Trajectory& run, const Referee& referee, MethodResult& out) {
   const ErrorSeries series = error_of(run, referee);
+  out.trajectory_seconds = motion.duration();
   out.trajectory_error = series.worst;
   out.trajectory_error_rms = series.rms;
   out.trajectory_worst_time = series.worst_time;

@@ -10,8 +10,8 @@ namespace lacuna {
 
 /// What one run may be expected to take before it is left out, s of computing.
 inline constexpr double kLongestRun = 0.4;
-/// The same for the one run at the comparison's own step.
-inline constexpr double kLongestMainRun = 15.0;
+/// The same for the one run at the comparison's own step: of a longer one only the start is made.
+inline constexpr double kLongestMainRun = 1.5;
 /// Motion over which steps are varied, s.
 inline constexpr double kWindow = 1.0;
 
@@ -30,9 +30,26 @@ void measure_points(Runner& runner, const Motion& window, const Referee& referee
 /// under a tenth of the coarsest meaningful one and above a hundred times the referee's own. NaN where no pair is.
 double order_of(const std::vector<WorkPoint>& points, double referee_error);
 
-/// Fills the trajectory figures of the run at `step` over the whole motion. Leaves them out with a word where a run would
-/// exceed kLongestMainRun, judged by its first interval.
-void measure_trajectory(Runner& runner, const Motion& motion, const Referee& referee, double step, MethodResult& out,
-                        Trajectory& run);
+/// A motion on one engine by one method, or as much of its start as takes kLongestMainRun, judged by its first interval.
+class Affordable {
+ public:
+  /// `whole` runs `motion`; both must outlive this.
+  Affordable(const std::string& engine, const Motion& motion, Runner& whole, const Method& method, double step,
+             double budget = kLongestMainRun);
+
+  const Motion& motion() const { return cut_ ? *cut_ : *motion_; }
+  Runner& runner() const { return cut_ ? *cut_runner_ : *whole_; }
+  double seconds() const { return seconds_; }  ///< of computing that the whole motion would take
+
+ private:
+  const Motion* motion_;
+  Runner* whole_;
+  std::unique_ptr<Motion> cut_;
+  std::unique_ptr<Runner> cut_runner_;
+  double seconds_ = 0.0;
+};
+
+/// Fills the trajectory figures from a run of the motion, or of its start.
+void describe_trajectory(const Motion& motion, const Trajectory& run, const Referee& referee, MethodResult& out);
 
 }  // namespace lacuna

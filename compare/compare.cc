@@ -20,6 +20,7 @@ constexpr double kFreeDuration = 2.0;    // s, of free motion for what it must k
 constexpr double kOrderWindow = 0.512;   // s, of free motion for the order of convergence
 constexpr double kRepeatWindow = 0.256;  // s, run over and over
 constexpr double kCostWindow = 0.5;      // s, that steps are timed over
+constexpr double kCostBudget = 0.2;      // s of computing, for each time that they are
 
 bool adaptive(const MethodResult& method) { return method.name == kAdaptiveMethod && !method.native; }
 
@@ -89,12 +90,14 @@ class Comparing {
     engine.engine = name;
     engine.version = info.version;
     runners_.emplace_back();
+    cost_motions_.emplace_back();
     try {
       stage(name + ": agreement", 0.0);
       measure_agreement(motion_, options_.seed, options_.threads, options_.stop, engine);
       measure_methods(engine, runs);
       engine.joint_drift = joint_drift(name, free_, free_step_);
-      runners_.back() = std::make_unique<Runner>(name, cost_motion_);
+      cost_motions_.back() = cost_motion_of(name);
+      runners_.back() = std::make_unique<Runner>(name, *cost_motions_.back());
       engine.available = true;
     } catch (const WorkError& error) {
       runners_.back().reset();
@@ -117,8 +120,10 @@ class Comparing {
       if (result.not_run.empty()) {
         measure_points(window, window_, referee_, result, options_.stop);
         if (!adaptive(result)) {
-          Trajectory run;
-          measure_trajectory(whole, motion_, referee_, step_, result, run);
+          const Affordable part(engine.engine, motion_, whole, methods[m], step_);
+          Trajectory run = part.runner().run(methods[m], step_);
+          describe_trajectory(part.motion(), run, referee_, result);
+          note_cut(engine.engine, result, part);
           if (runs != nullptr && m == drawn)
             runs->push_back({engine.engine, result.name, referee_.times, std::move(run)});
         }
@@ -126,6 +131,14 @@ class Comparing {
       if (!adaptive(result)) measure_free(engine.engine, free, weightless, order, result);
       engine.methods.push_back(std::move(result));
     }
+  }
+
+  void note_cut(const std::string& engine, const MethodResult& method, const Affordable& part) {
+    if (part.motion().duration() >= motion_.duration() * (1.0 - 1e-9)) return;
+    out_.notes.push_back(
+        fmt::format("{}, {}: a run of the whole motion at the common step would take {:.2g} s; its trajectory is of the "
+                    "first {:.3g} s, and so are its drifts.",
+                    engine, method.name, part.seconds(), part.motion().duration()));
   }
 
   /// The engine's default integrator is what its users run; where that cannot carry the motion, the common one.
@@ -138,14 +151,17 @@ class Comparing {
   void measure_free(const std::string& engine, Runner& free, Runner& weightless, Runner& order, MethodResult& result) {
     const Method method{result.name, result.native};
     if (!free.refuses(method).empty()) return;
-    result.energy_drift = energy_drift(free_, free.run(method, free_step_));
-    result.momentum_drift = momentum_drift(weightless_, weightless.run(method, free_step_));
+    const Affordable falling(engine, free_, free, method, free_step_),
+        floating(engine, weightless_, weightless, method, free_step_);
+    result.energy_drift = energy_drift(falling.motion(), falling.runner().run(method, free_step_));
+    result.momentum_drift = momentum_drift(floating.motion(), floating.runner().run(method, free_step_));
     MethodResult ladder = {};
     ladder.name = result.name;
     ladder.native = result.native;
     measure_points(order, order_window_, free_referee_, ladder, options_.stop);
     result.order_free = ladder.order;
-    measure_repeatability(engine, repeat_window_, free_step_, result);
+    measure_repeatability(engine, Affordable(engine, repeat_window_, order, method, free_step_).motion(), free_step_,
+                          result);
   }
 
   void require_one() const {
@@ -155,6 +171,14 @@ class Comparing {
       reasons += (reasons.empty() ? "" : "; ") + engine.reason;
     }
     throw WorkError("no engine could be compared: " + reasons);
+  }
+
+  /// What steps are timed over: the motion's start, less of it on a slow engine.
+  std::unique_ptr<Motion> cost_motion_of(const std::string& engine) const {
+    const Motion start = motion_.first(kCostWindow);
+    Runner whole(engine, start);
+    return std::make_unique<Motion>(
+        Affordable(engine, start, whole, {kCommonMethod, false}, step_, kCostBudget).motion());
   }
 
   void measure_costs() {
@@ -181,11 +205,11 @@ class Comparing {
   const Scenario& scenario_;
   const CompareOptions& options_;
   Motion motion_, window_, free_, weightless_, order_window_, repeat_window_;
-  Motion cost_motion_ = motion_.first(kCostWindow);
   double step_, free_step_;
   Referee referee_, free_referee_;
   ScenarioComparison out_;
-  std::vector<std::unique_ptr<Runner>> runners_;
+  std::vector<std::unique_ptr<Motion>> cost_motions_;
+  std::vector<std::unique_ptr<Runner>> runners_;  ///< of the cost motions, one an engine
 };
 
 }  // namespace

@@ -51,6 +51,7 @@ struct MethodResult {
   double largest_stable_step = kUnmeasured;  ///< s, of the steps tried
   bool stable_at_longest = false;            ///< even the longest step tried
   // At the comparison's own step, over the whole motion:
+  double trajectory_seconds = kUnmeasured;  ///< s, of the motion that was run: less than all where that takes too long
   double trajectory_error = kUnmeasured, trajectory_error_rms = kUnmeasured;
   double trajectory_worst_time = kUnmeasured;  ///< s
   std::string trajectory_worst_joint;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kRepeats = 9, kBuilds = 5;
 constexpr int kStates = 64;           // that an evaluation is timed over: no state twice in a row
 constexpr double kShortest = 2e-3;    // s, of a timed loop
-constexpr double kLongestTry = 0.05;  // s, of one run of a timed method: longer ones are repeated thrice only
+constexpr double kLongestTry = 0.05;  // s, of one timed run: longer ones are repeated thrice only
 
 void check(const StopFlag* stop) {
   if (stop != nullptr && *stop) throw Interrupted();
@@ -37,24 +37,26 @@ class Clocked {
     memory_ = heap_bytes() - before;
     for (int k = 0; k < kStates; ++k) states_.push_back(random_state(motion.model.robot(), seed, k));
     a_.resize(bodies_.size());
-    evaluate(1);
-    const double once = std::max(seconds_of([&] { evaluate(kStates); }) / kStates, 1e-9);
-    loops_ = std::max(1, static_cast<int>(kShortest / (once * kStates)));
+    evaluate_state(0);
+    const double once = std::max(seconds_of([&] { evaluate_state(1); }), 1e-9);
+    // Few states of a slow engine, the same ones many times of a fast one.
+    count_ = std::clamp(static_cast<int>(kLongestTry / once), 2, kStates);
+    loops_ = std::max(1, static_cast<int>(kShortest / (once * count_)));
   }
 
   double memory() const { return memory_; }
   double forward_ns() {
     return 1e9 * seconds_of([&] {
-             for (int k = 0; k < loops_; ++k) evaluate(kStates);
+             for (int k = 0; k < loops_; ++k) evaluate();
            }) /
-           (loops_ * kStates);
+           (loops_ * count_);
   }
   /// A change of one body and an evaluation after it.
   double changed_ns() {
     return 1e9 * seconds_of([&] {
              for (int k = 0; k < loops_; ++k) change();
            }) /
-           (loops_ * kStates);
+           (loops_ * count_);
   }
 
  private:
@@ -64,12 +66,12 @@ class Clocked {
     work();
     return thread_cpu_seconds() - begun;
   }
-  void evaluate(int count) {
-    for (int k = 0; k < count; ++k) evaluate_state(static_cast<std::size_t>(k));
+  void evaluate() {
+    for (int k = 0; k < count_; ++k) evaluate_state(static_cast<std::size_t>(k));
   }
   void evaluate_state(std::size_t k) { dynamics_->forward_dynamics(states_[k].q, states_[k].v, states_[k].tau, a_); }
   void change() {
-    for (std::size_t k = 0; k < kStates; ++k) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(count_); ++k) {
       const std::size_t body = k % bodies_.size();
       dynamics_->set_inertial(static_cast<int>(body), bodies_[body].scaled(1.0 + 1e-3 * static_cast<double>(k % 7)));
       evaluate_state(k);
@@ -81,7 +83,7 @@ class Clocked {
   std::vector<RandomState> states_;
   std::vector<double> a_;
   double memory_ = 0.0;
-  int loops_ = 1;
+  int count_ = kStates, loops_ = 1;
 };
 
 /// Timings of one engine, in the order taken.

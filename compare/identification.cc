@@ -12,8 +12,8 @@
 namespace lacuna {
 namespace {
 
-constexpr double kMostData = 4.0;  // s
-constexpr int kPopulation = 16, kGenerations = 8;
+constexpr double kMostData = 2.0;  // s
+constexpr int kPopulation = 12, kGenerations = 6;
 constexpr double kWeight = 3e-4;  // rad (m), rms: about what a 12-bit transducer adds
 constexpr std::size_t kMostParameters = 4;
 

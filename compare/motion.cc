@@ -18,6 +18,7 @@ namespace {
 constexpr double kTurned = 1.0, kSlid = 0.1;  // rad, m: where joints start if nobody says
 constexpr double kSpeed = 0.5;                // rad/s, m/s: drawn for a free motion that would start at rest
 constexpr double kFreeDuration = 5.0;         // s, of a motion without commands
+constexpr std::size_t kFewestIntervals = 32;   // of a motion without commands
 constexpr std::uint32_t kSpeedDraws = 71;     // purpose of the random stream
 
 /// Whether an effect does nothing but change what a transducer reads.
@@ -39,7 +40,7 @@ bool changes_masses(const EffectSpec& spec) {
 std::shared_ptr<const CommandTrack> silent_track(double duration, std::size_t dof) {
   auto track = std::make_shared<CommandTrack>();
   const std::size_t intervals =
-      std::max<std::size_t>(8, static_cast<std::size_t>(std::ceil(duration / kFreeSpacing - 1e-9)));
+      std::max<std::size_t>(kFewestIntervals, static_cast<std::size_t>(std::ceil(duration / kFreeSpacing - 1e-9)));
   for (std::size_t k = 0; k <= intervals; ++k)
     track->time.push_back(duration * static_cast<double>(k) / static_cast<double>(intervals));
   track->value.assign(dof, std::vector<double>(track->time.size(), 0.0));

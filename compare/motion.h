@@ -30,7 +30,7 @@ struct Motion {
   std::vector<double> times() const;  ///< s, of all samples; a phase begins with the sample that ends the one before
 };
 
-/// Spacing of the samples of a motion without commands, and so its longest step, s.
+/// Spacing of the samples of a motion without commands, and so its longest step, s; a short motion has 32 of them.
 inline constexpr double kFreeSpacing = 0.064;
 
 /// The scenario's motion: commands and start from its one recording (already chosen and loaded) where there is one,

@@ -59,6 +59,7 @@ Json json_of(const MethodResult& method) {
   out["order_in_free_motion"] = method.order_free;
   out["largest_stable_step"] = method.largest_stable_step;
   out["stable_at_longest_step_tried"] = method.stable_at_longest;
+  out["trajectory_seconds"] = method.trajectory_seconds;
   out["trajectory_error"] = method.trajectory_error;
   out["trajectory_error_rms"] = method.trajectory_error_rms;
   out["trajectory_error_worst_at"] = {{"time", method.trajectory_worst_time}, {"joint", method.trajectory_worst_joint}};
