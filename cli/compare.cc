@@ -65,13 +65,11 @@ Target target_of(const Session& session) {
 /// The scenario with the one recording whose commands are run, or with none.
 Scenario loaded(const fs::path& file, const CompareFlags& flags) {
   Scenario scenario = load_scenario(file, {.load_recordings = false});
-  if (!flags.recording.empty()) return with_recording(scenario, recording_named(scenario, flags.recording));
-  if (scenario.motion && !scenario.motion->commands.empty()) {
-    RecordingSpec spec;
-    spec.file = scenario.motion->commands;
-    spec.where = scenario.motion->where + ".commands";
-    return with_recording(scenario, spec);
+  if (!flags.recording.empty()) {
+    if (scenario.motion) scenario.motion->commands.clear();
+    return with_recording(scenario, recording_named(scenario, flags.recording));
   }
+  if (scenario.motion && !scenario.motion->commands.empty()) scenario.recordings.clear();
   if (scenario.recordings.empty()) return scenario;
   const auto test = std::find_if(scenario.recordings.begin(), scenario.recordings.end(),
                                  [](const RecordingSpec& spec) { return spec.role == Role::test; });

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kCommonStep = 1e-3, kFinestStep = 2e-4;  // s
 constexpr std::size_t kMostPoints = 9;                    // of a ladder
-constexpr double kShortRun = 0.02;                        // s: shorter runs are timed thrice
 constexpr double kCoarse = 0.05;                          // rad (m): errors beyond say nothing of an order
 constexpr double kAboveReferee = 100.0;                   // times the referee's error
 constexpr double kRounding = 1e-12;                       // rad (m): engines' own, over thousands of steps
@@ -25,15 +24,7 @@ WorkPoint point_of(const Trajectory& run, const Motion& window, const Referee& r
   const ErrorSeries series = error_of(run, referee);
   out.stable = series.stable;
   out.error = series.stable ? series.worst : HUGE_VAL;
-  out.cpu_per_second = run.seconds / window.duration();
-  return out;
-}
-
-/// The run, and where it is short the least time of three.
-template <class Run>
-Trajectory timed(const Run& run) {
-  Trajectory out = run();
-  for (int again = 0; again < 2 && out.seconds < kShortRun; ++again) out.seconds = std::min(out.seconds, run().seconds);
+  out.steps_per_second = static_cast<double>(run.steps) / window.duration();
   return out;
 }
 
@@ -43,7 +34,7 @@ void measure_adaptive(const Runner& runner, const Motion& window, const Referee&
   for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}) {
     if (stop != nullptr && *stop) throw Interrupted();
     if (1.6 * last > kLongestRun) return;  // a decade of tolerance is a factor of 10^(1/5) in steps
-    const Trajectory run = timed([&] { return runner.run_adaptive(tolerance, stop); });
+    const Trajectory run = runner.run_adaptive(tolerance, stop);
     last = run.seconds;
     out.points.push_back(point_of(run, window, referee));
     out.points.back().tolerance = tolerance;
@@ -91,7 +82,7 @@ void measure_points(Runner& runner, const Motion& window, const Referee& referee
   for (const double step : step_ladder(window)) {
     if (stop != nullptr && *stop) throw Interrupted();
     if (2.0 * last > kLongestRun) break;
-    const Trajectory run = timed([&] { return runner.run(method, step); });
+    const Trajectory run = runner.run(method, step);
     last = run.seconds;
     out.points.push_back(point_of(run, window, referee));
     out.points.back().step = step;

@@ -57,8 +57,8 @@ std::vector<double> extended_acceleration(Tree<long double>& tree, const RandomS
 double pose_difference(const std::vector<Eigen::Isometry3d>& a, const std::vector<Eigen::Isometry3d>& b) {
   double worst = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const double off = (a[i].matrix() - b[i].matrix()).cwiseAbs().maxCoeff();
-    worst = off <= worst ? worst : off;
+    const Eigen::Matrix4d off = a[i].matrix() - b[i].matrix();
+    worst = worse(worst, off.allFinite() ? off.cwiseAbs().maxCoeff() : kUnmeasured);
   }
   return worst;
 }
@@ -102,26 +102,26 @@ RandomState random_state(const Robot& robot, std::uint64_t seed, int index) {
 }
 
 void measure_agreement(const Motion& motion, std::uint64_t seed, int threads, const StopFlag* stop,
-                       EngineComparison& out) {
+                       EngineComparison& out, int states) {
   std::vector<Worker> workers;
   for (int w = 0; w < std::max(1, threads); ++w)
     workers.push_back({build(out.engine, motion), build("featherstone", motion), extended_tree(motion)});
-  std::vector<StateResult> results(kAgreementStates);
+  std::vector<StateResult> results(static_cast<std::size_t>(states));
   parallel_for(
-      static_cast<int>(workers.size()), kAgreementStates,
+      static_cast<int>(workers.size()), states,
       [&](int worker, int k) {
         results[static_cast<std::size_t>(k)] = workers[static_cast<std::size_t>(worker)].compare(
             random_state(motion.model.robot(), seed, k), k < kPoseStates);
       },
       stop);
-  for (int k = 0; k < kAgreementStates; ++k) {
+  for (int k = 0; k < states; ++k) {
     const StateResult& result = results[static_cast<std::size_t>(k)];
     const std::string where = fmt::format("random state {} of seed {}", k, seed);
     out.acceleration_difference.see(result.difference, where);
     out.acceleration_error.see(result.error, where);
     if (k < kPoseStates) out.pose_difference.see(result.pose, where);
   }
-  out.states = kAgreementStates;
+  out.states = states;
 }
 
 }  // namespace lacuna

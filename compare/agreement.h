@@ -22,6 +22,6 @@ RandomState random_state(const Robot& robot, std::uint64_t seed, int index);
 /// Fills the engine's acceleration_difference, acceleration_error, pose_difference and states, under the parameters of
 /// the motion's first phase. Throws WorkError where the engine cannot hold the robot.
 void measure_agreement(const Motion& motion, std::uint64_t seed, int threads, const StopFlag* stop,
-                       EngineComparison& out);
+                       EngineComparison& out, int states = kAgreementStates);
 
 }  // namespace lacuna

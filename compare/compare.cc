@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
 
 #include "scenarios/error.h"
 #include "compare/accuracy.h"
@@ -47,7 +48,7 @@ class Comparing {
     out_.referee = referee_.record;
     note_trust();
     if (runs != nullptr) runs->push_back({"referee", "", referee_.times, referee_.reference});
-    for (const std::string& engine : options_.engines) add_engine(engine, runs);
+    measure_engines(runs);
     require_one();
     measure_costs();
     identify_all();
@@ -75,67 +76,98 @@ class Comparing {
                     referee_.record.trusted_until));
   }
 
-  /// `within` 0..1 of engine number `engine`; the referee, the costs and the identification take a share of their own.
-  void stage(const std::string& words, double within) const {
+  void stage(const std::string& words, double done) const {
     if (options_.stop != nullptr && *options_.stop) throw Interrupted();
-    if (!options_.progress) return;
-    const double engines = static_cast<double>(std::max<std::size_t>(1, options_.engines.size()));
-    options_.progress(words, 0.05 + 0.6 * (static_cast<double>(out_.engines.size()) + within - 1.0) / engines);
+    if (options_.progress) options_.progress(words, done);
   }
 
-  void add_engine(const std::string& name, std::vector<EngineRun>* runs) {
-    const EngineInfo info = find_engine(name).info();
-    out_.engines.emplace_back();
-    EngineComparison& engine = out_.engines.back();
-    engine.engine = name;
-    engine.version = info.version;
-    runners_.emplace_back();
-    cost_motions_.emplace_back();
-    try {
-      stage(name + ": agreement", 0.0);
-      measure_agreement(motion_, options_.seed, options_.threads, options_.stop, engine);
-      measure_methods(engine, runs);
-      engine.joint_drift = joint_drift(name, free_, free_step_);
-      cost_motions_.back() = cost_motion_of(name);
-      runners_.back() = std::make_unique<Runner>(name, *cost_motions_.back());
-      engine.available = true;
-    } catch (const WorkError& error) {
-      runners_.back().reset();
-      engine.available = false;
-      engine.reason = error.what();
+  /// What one engine's measurements leave, apart from the others'.
+  struct Measured {
+    EngineComparison engine;
+    std::vector<EngineRun> runs;
+    std::vector<std::string> notes;
+    std::unique_ptr<Motion> cost_motion;
+    std::unique_ptr<Runner> cost_runner;
+  };
+
+  /// Engines beside each other on threads: nothing of this is timed but to leave out what would take too long.
+  void measure_engines(std::vector<EngineRun>* runs) {
+    std::vector<Measured> all(options_.engines.size());
+    for (const std::string& name : options_.engines) methods_ += methods_of(name).size();
+    parallel_for(
+        options_.threads, static_cast<int>(all.size()),
+        [&](int, int e) {
+          Measured& one = all[static_cast<std::size_t>(e)];
+          one.engine.engine = options_.engines[static_cast<std::size_t>(e)];
+          measure_engine(one, runs != nullptr);
+        },
+        options_.stop);
+    for (Measured& one : all) {
+      out_.engines.push_back(std::move(one.engine));
+      out_.notes.insert(out_.notes.end(), one.notes.begin(), one.notes.end());
+      if (runs != nullptr) runs->insert(runs->end(), one.runs.begin(), one.runs.end());
+      cost_motions_.push_back(std::move(one.cost_motion));
+      runners_.push_back(std::move(one.cost_runner));
     }
   }
 
-  void measure_methods(EngineComparison& engine, std::vector<EngineRun>* runs) {
-    Runner whole(engine.engine, motion_), window(engine.engine, window_), free(engine.engine, free_),
-        weightless(engine.engine, weightless_), order(engine.engine, order_window_);
-    const std::vector<Method> methods = methods_of(engine.engine);
-    const std::size_t drawn = drawn_method(methods, whole);
+  void measure_engine(Measured& out, bool drawn) {
+    const std::string& name = out.engine.engine;
+    out.engine.version = find_engine(name).info().version;
+    try {
+      measure_agreement(motion_, options_.seed, 1, options_.stop, out.engine);
+      measure_methods(out, drawn);
+      out.engine.joint_drift = joint_drift(name, free_, free_step_);
+      out.cost_motion = cost_motion_of(name);
+      out.cost_runner = std::make_unique<Runner>(name, *out.cost_motion);
+      out.engine.available = true;
+    } catch (const WorkError& error) {
+      out.runs.clear();
+      out.engine.reason = error.what();
+    }
+  }
+
+  /// One more method of one engine is begun.
+  void count_method(const std::string& words) {
+    const std::lock_guard lock(counting_);
+    stage(words, 0.05 + 0.6 * static_cast<double>(methods_begun_++) / static_cast<double>(methods_));
+  }
+
+  void measure_methods(Measured& out, bool drawn) {
+    const std::string& name = out.engine.engine;
+    Runner whole(name, motion_), window(name, window_), free(name, free_), weightless(name, weightless_),
+        order(name, order_window_);
+    const std::vector<Method> methods = methods_of(name);
+    const std::size_t shown = drawn_method(methods, whole);
     for (std::size_t m = 0; m < methods.size(); ++m) {
-      stage(engine.engine + ": " + methods[m].name, static_cast<double>(m) / static_cast<double>(methods.size()));
+      count_method(name + ": " + methods[m].name);
       MethodResult result;
       result.name = methods[m].name;
       result.native = methods[m].native;
       result.not_run = whole.refuses(methods[m]);
-      if (result.not_run.empty()) {
-        measure_points(window, window_, referee_, result, options_.stop);
-        if (!adaptive(result)) {
-          const Affordable part(engine.engine, motion_, whole, methods[m], step_);
-          Trajectory run = part.runner().run(methods[m], step_);
-          describe_trajectory(part.motion(), run, referee_, result);
-          note_cut(engine.engine, result, part);
-          if (runs != nullptr && m == drawn)
-            runs->push_back({engine.engine, result.name, referee_.times, std::move(run)});
-        }
+      if (result.not_run.empty()) measure_points(window, window_, referee_, result, options_.stop);
+      if (result.not_run.empty() && !adaptive(result)) {
+        Trajectory run = measure_whole(whole, methods[m], result, out);
+        if (drawn && m == shown) out.runs.push_back({name, result.name, referee_.times, std::move(run)});
       }
-      if (!adaptive(result)) measure_free(engine.engine, free, weightless, order, result);
-      engine.methods.push_back(std::move(result));
+      if (!adaptive(result)) measure_free(name, free, weightless, order, result);
+      out.engine.methods.push_back(std::move(result));
     }
   }
 
-  void note_cut(const std::string& engine, const MethodResult& method, const Affordable& part) {
+  /// The motion at the common step, or its start.
+  Trajectory measure_whole(Runner& whole, const Method& method, MethodResult& result, Measured& out) const {
+    const Affordable part(out.engine.engine, motion_, whole, method, step_);
+    Trajectory run = part.runner().run(method, step_);
+    describe_trajectory(part.motion(), run, referee_, result);
+    note_cut(out.engine.engine, result, part, out.notes);
+    return run;
+  }
+
+  void note_cut(const std::string& engine, const MethodResult& method, const Affordable& part,
+                std::vector<std::string>& notes) const {
     if (part.motion().duration() >= motion_.duration() * (1.0 - 1e-9)) return;
-    out_.notes.push_back(
+    notes.push_back(
         fmt::format("{}, {}: a run of the whole motion at the common step would take {:.2g} s; its trajectory is of the "
                     "first {:.3g} s, and so are its drifts.",
                     engine, method.name, part.seconds(), part.motion().duration()));
@@ -148,7 +180,8 @@ class Comparing {
     return 0;
   }
 
-  void measure_free(const std::string& engine, Runner& free, Runner& weightless, Runner& order, MethodResult& result) {
+  void measure_free(const std::string& engine, Runner& free, Runner& weightless, Runner& order,
+                    MethodResult& result) const {
     const Method method{result.name, result.native};
     if (!free.refuses(method).empty()) return;
     const Affordable falling(engine, free_, free, method, free_step_),
@@ -182,7 +215,7 @@ class Comparing {
   }
 
   void measure_costs() {
-    if (options_.progress) options_.progress("costs", 0.7);
+    stage("costs", 0.7);
     measure_engine_costs(motion_, options_.seed, out_.engines, options_.stop);
     measure_step_costs(runners_, step_, out_.engines, options_.stop);
   }
@@ -209,6 +242,8 @@ class Comparing {
   Referee referee_, free_referee_;
   ScenarioComparison out_;
   std::vector<std::unique_ptr<Motion>> cost_motions_;
+  std::mutex counting_;
+  std::size_t methods_ = 0, methods_begun_ = 0;  ///< of all engines
   std::vector<std::unique_ptr<Runner>> runners_;  ///< of the cost motions, one an engine
 };
 

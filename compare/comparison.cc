@@ -6,6 +6,11 @@
 
 namespace lacuna {
 
+double worse(double a, double b) {
+  if (std::isnan(a)) return a;
+  return b <= a ? a : b;
+}
+
 Timing timing_of(std::vector<double> values) {
   Timing out;
   out.repeats = static_cast<int>(values.size());

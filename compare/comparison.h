@@ -15,6 +15,9 @@ namespace lacuna {
 
 inline constexpr double kUnmeasured = std::numeric_limits<double>::quiet_NaN();
 
+/// The larger one; not-a-number is the worst and stays.
+double worse(double a, double b);
+
 /// Repeated timings, interleaved with those they are compared with.
 struct Timing {
   double median = kUnmeasured;
@@ -36,7 +39,8 @@ struct WorkPoint {
   double step = kUnmeasured;            ///< s; NaN where the method chooses its own
   double tolerance = kUnmeasured;       ///< of a method that chooses its step
   double error = kUnmeasured;           ///< worst position error over joints and time
-  double cpu_per_second = kUnmeasured;  ///< s of computing per s of motion
+  double steps_per_second = kUnmeasured;  ///< of motion; of a method with step control evaluations
+  double cpu_per_second = kUnmeasured;    ///< s of computing per s of motion: steps times what one costs
   bool stable = false;                  ///< stayed finite and within bounds
 };
 

@@ -20,9 +20,6 @@ std::unique_ptr<Dynamics> build(const std::string& engine, const Motion& motion)
   return dynamics;
 }
 
-/// NaN stays the worst.
-double worse(double worst, double value) { return value <= worst ? worst : value; }
-
 }  // namespace
 
 double energy_drift(const Motion& motion, const Trajectory& run) {

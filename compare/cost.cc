@@ -97,6 +97,15 @@ double build_us(const std::string& engine, const Motion& motion) {
   return 1e6 * (thread_cpu_seconds() - begun);
 }
 
+/// An evaluation within a method with step control costs what one of the four of a common step does.
+void price_points(EngineComparison& engine) {
+  for (MethodResult& method : engine.methods) {
+    const bool adaptive = method.name == kAdaptiveMethod && !method.native;
+    const double ns = adaptive ? 0.25 * engine.method(kCommonMethod).ns_per_step.median : method.ns_per_step.median;
+    for (WorkPoint& point : method.points) point.cpu_per_second = 1e-9 * ns * point.steps_per_second;
+  }
+}
+
 }  // namespace
 
 void measure_engine_costs(const Motion& motion, std::uint64_t seed, std::vector<EngineComparison>& engines,
@@ -153,6 +162,9 @@ void measure_step_costs(std::vector<std::unique_ptr<Runner>>& runners, double st
     job.method->ns_per_step = timing_of(job.ns);
     const double steps_per_second = 1.0 / step;
     job.method->realtime_factor = 1e9 / (job.method->ns_per_step.median * steps_per_second);
+  }
+  for (EngineComparison& engine : engines) {
+    if (engine.available) price_points(engine);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "physics/actuators/table.h"
 #include "physics/effects/table.h"
 #include "scenarios/error.h"
+#include "scenarios/recording_check.h"
 
 namespace lacuna {
 namespace {
@@ -53,6 +54,18 @@ Segment whole(std::shared_ptr<const CommandTrack> track, const std::string& file
   segment.count = track->time.size();
   segment.commands = std::move(track);
   return segment;
+}
+
+/// The scenario with the commands that its motion names as its one recording; nothing else is read of it.
+Scenario with_commands(const Scenario& scenario) {
+  Scenario out = scenario;
+  std::erase_if(out.channels.of, [](const auto& kind) { return kind.first != ChannelKind::command; });
+  RecordingSpec spec;
+  spec.file = scenario.motion->commands;
+  spec.where = scenario.motion->where + ".commands";
+  out.recordings = {spec};
+  load_and_check_recordings(out);
+  return out;
 }
 
 /// Commands and start of the recording.
@@ -202,7 +215,10 @@ std::vector<double> Motion::times() const {
   return out;
 }
 
-Motion motion_of(const Scenario& scenario, double most) {
+Motion motion_of(const Scenario& given, double most) {
+  if (given.robot->dof() == 0)
+    throw InputError(given.file.string() + ": robot", "no joint that moves", "at least one");
+  const Scenario scenario = given.motion && !given.motion->commands.empty() ? with_commands(given) : given;
   const bool pickup = scenario.motion && scenario.motion->pickup_mass;
   Motion out{plant_of(scenario, pickup), {}, false, {}};
   const bool stated = scenario.motion && scenario.motion->duration;

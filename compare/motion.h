@@ -33,8 +33,8 @@ struct Motion {
 /// Spacing of the samples of a motion without commands, and so its longest step, s; a short motion has 32 of them.
 inline constexpr double kFreeSpacing = 0.064;
 
-/// The scenario's motion: commands and start from its one recording (already chosen and loaded) where there is one,
-/// start, duration and pickup from `motion`; else every joint at 1 rad (0.1 m), at rest. At most `most` seconds unless
+/// The scenario's motion: the commands that `motion` names, read here, else commands and start from the scenario's one
+/// recording (already chosen and loaded); start, duration and pickup as `motion` states them; where nobody says every joint at 1 rad (0.1 m), at rest. At most `most` seconds unless
 /// `motion` states a duration. Effects that only change readings are left out: readings are the same code on all engines.
 /// Throws InputError for a plant whose pickup cannot be carried out (states or memories of its own).
 Motion motion_of(const Scenario& scenario, double most);

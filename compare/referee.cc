@@ -22,8 +22,7 @@ bool has_memories(const PlantModel& model) {
 double distance(const std::vector<double>& a, const std::vector<double>& b) {
   double worst = 0.0;
   for (std::size_t j = 0; j < a.size(); ++j) {
-    const double d = std::fabs(a[j] - b[j]);
-    worst = d <= worst ? worst : d;  // NaN passes
+    worst = worse(worst, std::fabs(a[j] - b[j]));
   }
   return worst;
 }
@@ -77,7 +76,7 @@ ErrorSeries error_of(const Trajectory& run, const Referee& referee) {
         out.worst_time = referee.times[k];
         out.worst_joint = static_cast<int>(j);
       }
-      worst = off <= worst ? worst : off;
+      worst = worse(worst, off);
       sum += off * off;
     }
     if (k < n) out.error.push_back(worst);

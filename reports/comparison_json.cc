@@ -22,6 +22,7 @@ Json json_of(const WorkPoint& point) {
   if (std::isfinite(point.step)) out["step"] = point.step;
   if (std::isfinite(point.tolerance)) out["tolerance"] = point.tolerance;
   out["error"] = point.error;
+  out["steps_per_second"] = point.steps_per_second;
   out["cpu_seconds_per_second"] = point.cpu_per_second;
   out["stable"] = point.stable;
   return out;

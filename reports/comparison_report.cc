@@ -356,7 +356,8 @@ Html method_section() {
               "stay finite and no joint becomes ten times as fast as the reference's fastest. Where commands are held "
               "from sample to sample none longer than that spacing is tried.",
               "Timings are CPU time of one thread, engines and integrators in turn, nine rounds (three of slow runs), "
-              "medians with half the distance of the quartiles. Every step goes through Lacuna's interface: what it "
+              "medians with half the distance of the quartiles. The computing time of a point of work and precision is the "
+              "number of its steps (with step control: evaluations) times what one costs. Every step goes through Lacuna's interface: what it "
               "copies in and out is in the figure, and Simbody's integrators are begun anew each step."}) +
          paragraph(
              "What this does not prove: nothing here has contacts, loops or free-floating bases, where these engines "
