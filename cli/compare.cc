@@ -105,7 +105,7 @@ Image sheet(const Scenario& scenario, const std::vector<EngineRun>& runs, const 
       for (std::size_t j = 0; j < q.size(); ++j) q[j] += factor * (position(runs[r], k, j) - q[j]);
       drawings.push_back({runs[r].engine, q, fmt::format("{}, {}", runs[r].engine, runs[r].method),
                           fmt::format("t = {:.3g} s{}", runs[r].times[k],
-                                      factor == 1.0 ? "" : fmt::format(", difference x {:.0e}", factor))});
+                                      factor == 1.0 ? "" : fmt::format(", difference x {:g}", factor))});
     }
   }
   PoseOptions options;
@@ -136,7 +136,7 @@ std::vector<Picture> motion_pictures(const fs::path& folder, const Scenario& sce
   if (largest > 0.0) {
     const double factor = std::max(1.0, std::pow(10.0, std::floor(std::log10(kShown / largest))));
     add("differences.png",
-        fmt::format("{}: differences from the referee, amplified {:.0e} times", scenario.name, factor), factor);
+        fmt::format("{}: differences from the referee, amplified {:g} times", scenario.name, factor), factor);
   }
   return out;
 }
