@@ -191,6 +191,7 @@ class CompareRun {
     options_.stop = &stop_flag();
     if (!flags.baseline.empty())
       old_ = read_text_file(flags.baseline, flags.baseline, "a compare.json", kMostBaselineBytes);
+    if (!flags.baseline.empty()) changes_since(old_, flags.baseline, {});  // refuses another file before the work
     for (const Engine* engine : engines()) comparison_.engines.push_back(engine->info());
     target_ = target_of(session);
     refuse_overwritten_baseline();
