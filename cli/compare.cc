@@ -135,8 +135,8 @@ std::vector<Picture> motion_pictures(const fs::path& folder, const Scenario& sce
   const double largest = largest_difference(runs, instants);
   if (largest > 0.0) {
     const double factor = std::max(1.0, std::pow(10.0, std::floor(std::log10(kShown / largest))));
-    add("differences.png",
-        fmt::format("{}: differences from the referee, amplified {:g} times", scenario.name, factor), factor);
+    add("differences.png", fmt::format("{}: differences from the referee, amplified {:g} times", scenario.name, factor),
+        factor);
   }
   return out;
 }

@@ -167,10 +167,10 @@ class Comparing {
   void note_cut(const std::string& engine, const MethodResult& method, const Affordable& part,
                 std::vector<std::string>& notes) const {
     if (part.motion().duration() >= motion_.duration() * (1.0 - 1e-9)) return;
-    notes.push_back(
-        fmt::format("{}, {}: a run of the whole motion at the common step would take {:.2g} s; its trajectory is of the "
-                    "first {:.3g} s, and so are its drifts.",
-                    engine, method.name, part.seconds(), part.motion().duration()));
+    notes.push_back(fmt::format(
+        "{}, {}: a run of the whole motion at the common step would take {:.2g} s; its trajectory is of the "
+        "first {:.3g} s, and so are its drifts.",
+        engine, method.name, part.seconds(), part.motion().duration()));
   }
 
   /// The engine's default integrator is what its users run; where that cannot carry the motion, the common one.
@@ -243,7 +243,7 @@ class Comparing {
   ScenarioComparison out_;
   std::vector<std::unique_ptr<Motion>> cost_motions_;
   std::mutex counting_;
-  std::size_t methods_ = 0, methods_begun_ = 0;  ///< of all engines
+  std::size_t methods_ = 0, methods_begun_ = 0;   ///< of all engines
   std::vector<std::unique_ptr<Runner>> runners_;  ///< of the cost motions, one an engine
 };
 

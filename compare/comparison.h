@@ -36,12 +36,12 @@ struct WorstSeen {
 
 /// One run of one method on one engine.
 struct WorkPoint {
-  double step = kUnmeasured;            ///< s; NaN where the method chooses its own
-  double tolerance = kUnmeasured;       ///< of a method that chooses its step
-  double error = kUnmeasured;           ///< worst position error over joints and time
+  double step = kUnmeasured;              ///< s; NaN where the method chooses its own
+  double tolerance = kUnmeasured;         ///< of a method that chooses its step
+  double error = kUnmeasured;             ///< worst position error over joints and time
   double steps_per_second = kUnmeasured;  ///< of motion; of a method with step control evaluations
   double cpu_per_second = kUnmeasured;    ///< s of computing per s of motion: steps times what one costs
-  bool stable = false;                  ///< stayed finite and within bounds
+  bool stable = false;                    ///< stayed finite and within bounds
 };
 
 /// How an engine is carried through time: by its own integrator, or by one that is the same for all engines.

@@ -19,7 +19,7 @@ namespace {
 constexpr double kTurned = 1.0, kSlid = 0.1;  // rad, m: where joints start if nobody says
 constexpr double kSpeed = 0.5;                // rad/s, m/s: drawn for a free motion that would start at rest
 constexpr double kFreeDuration = 5.0;         // s, of a motion without commands
-constexpr std::size_t kFewestIntervals = 32;   // of a motion without commands
+constexpr std::size_t kFewestIntervals = 32;  // of a motion without commands
 constexpr std::uint32_t kSpeedDraws = 71;     // purpose of the random stream
 
 /// Whether an effect does nothing but change what a transducer reads.
@@ -216,8 +216,7 @@ std::vector<double> Motion::times() const {
 }
 
 Motion motion_of(const Scenario& given, double most) {
-  if (given.robot->dof() == 0)
-    throw InputError(given.file.string() + ": robot", "no joint that moves", "at least one");
+  if (given.robot->dof() == 0) throw InputError(given.file.string() + ": robot", "no joint that moves", "at least one");
   const Scenario scenario = given.motion && !given.motion->commands.empty() ? with_commands(given) : given;
   const bool pickup = scenario.motion && scenario.motion->pickup_mass;
   Motion out{plant_of(scenario, pickup), {}, false, {}};

@@ -98,11 +98,8 @@ Html agreement_table(const ScenarioComparison& scenario) {
 }
 
 Html cost_table(const ScenarioComparison& scenario) {
-  Table table({{"engine"},
-               {"evaluation, ns", true},
-               {"change of a body, ns", true},
-               {"build, us", true},
-               {"memory", true}});
+  Table table(
+      {{"engine"}, {"evaluation, ns", true}, {"change of a body, ns", true}, {"build, us", true}, {"memory", true}});
   for (const EngineComparison& engine : scenario.engines) {
     if (!engine.available) continue;
     table.row({text(engine.engine), text(timing(engine.forward_ns)), text(timing(engine.set_inertial_ns)),
@@ -272,8 +269,8 @@ Html scenario_section(const ScenarioComparison& scenario) {
       "over its first {}.",
       scenario.dof, scenario.motion, quantity(1e3 * scenario.step, "ms", 3), quantity(scenario.window, "s", 3)));
   out += bullets(scenario.notes);
-  out += agreement_table(scenario) + cost_table(scenario) + method_table(scenario) + error_plot(scenario) + work_section(scenario) +
-         drift_table(scenario) + pair_section(scenario.identification);
+  out += agreement_table(scenario) + cost_table(scenario) + method_table(scenario) + error_plot(scenario) +
+         work_section(scenario) + drift_table(scenario) + pair_section(scenario.identification);
   return out + paragraph(referee_words(scenario), "muted small");
 }
 
@@ -362,8 +359,10 @@ Html method_section() {
               "stay finite and no joint becomes ten times as fast as the reference's fastest. Where commands are held "
               "from sample to sample none longer than that spacing is tried.",
               "Timings are CPU time of one thread, engines and integrators in turn, nine rounds (three of slow runs), "
-              "medians with half the distance of the quartiles. The computing time of a point of work and precision is the "
-              "number of its steps (with step control: evaluations) times what one costs. Every step goes through Lacuna's interface: what it "
+              "medians with half the distance of the quartiles. The computing time of a point of work and precision is "
+              "the "
+              "number of its steps (with step control: evaluations) times what one costs. Every step goes through "
+              "Lacuna's interface: what it "
               "copies in and out is in the figure, and Simbody's integrators are begun anew each step."}) +
          paragraph(
              "What this does not prove: nothing here has contacts, loops or free-floating bases, where these engines "

@@ -78,12 +78,13 @@ TEST(Compare, EveryEngineBuiltIsMeasured) {
 TEST(Compare, AListOfEnginesAndAFolderOfScenarios) {
   const Pair pair;
   pair.files.write("set/first/two.urdf", kUrdf);
-  pair.files.write("set/first/scenario.yaml", scenario_text("first", "motion: {duration: 0.1, position: {one: 0.5}}\n"));
+  pair.files.write("set/first/scenario.yaml",
+                   scenario_text("first", "motion: {duration: 0.1, position: {one: 0.5}}\n"));
   pair.files.write("set/second/two.urdf", kUrdf);
-  pair.files.write("set/second/scenario.yaml", scenario_text("second", "motion: {duration: 0.1, velocity: {two: 1}}\n"));
+  pair.files.write("set/second/scenario.yaml",
+                   scenario_text("second", "motion: {duration: 0.1, velocity: {two: 1}}\n"));
   const std::string set = (pair.files.path() / "set").string();
-  const auto record =
-      json_of(lacuna(line({"compare", set, "--engine", "featherstone", "-o", pair.out(), "--json"})));
+  const auto record = json_of(lacuna(line({"compare", set, "--engine", "featherstone", "-o", pair.out(), "--json"})));
   EXPECT_EQ(record.at("scenario"), (nlohmann::json{"first", "second"}));
   ASSERT_EQ(record.at("engines").size(), 1u);
   expect_record(record.at("engines")[0]);
@@ -142,8 +143,8 @@ TEST(Compare, IdentifiesOnEveryPair) {
                                               "channels: {time: t, command: {two: u}}\n"
                                               "motion: {commands: commands.csv}\n"))
           .string();
-  const auto record = json_of(lacuna({"compare", file, "--engine", "featherstone", "--no-pictures", "-o", pair.out(),
-                                      "--json", "--threads", "2"}));
+  const auto record = json_of(lacuna(
+      {"compare", file, "--engine", "featherstone", "--no-pictures", "-o", pair.out(), "--json", "--threads", "2"}));
   const auto& fits = record.at("scenarios")[0].at("identification");
   ASSERT_EQ(fits.at("pairs").size(), 1u);
   // Data of RK4 with efforts held over 0.6 ms, found by RK4 with efforts followed: what differs is half a step of lag.

@@ -95,7 +95,8 @@ TEST(Pickup, AfterTheEndIsRefused) {
 TEST(FreeMotion, HasSpeedButNoDrive) {
   const Scenario scenario = bundled("arm_step");
   const Motion motion = motion_of(scenario, 5.0);
-  const Motion free = free_motion_of(scenario, motion, 1.0, true, 1), again = free_motion_of(scenario, motion, 1.0, true, 1),
+  const Motion free = free_motion_of(scenario, motion, 1.0, true, 1),
+               again = free_motion_of(scenario, motion, 1.0, true, 1),
                other = free_motion_of(scenario, motion, 1.0, false, 2);
   EXPECT_EQ(free.phases[0].segment.q0, motion.phases[0].segment.q0);
   EXPECT_EQ(free.phases[0].segment.v0, again.phases[0].segment.v0);

@@ -6,12 +6,12 @@
 
 #include <cmath>
 
+#include "scenarios/error.h"
+#include "tests/conformance/worst.h"
 #include "compare/accuracy.h"
 #include "compare/agreement.h"
 #include "compare/conservation.h"
 #include "compare/repeatability.h"
-#include "scenarios/error.h"
-#include "tests/conformance/worst.h"
 
 namespace lacuna::test {
 namespace {
@@ -36,8 +36,8 @@ constexpr double kSeconds = 0.25;
 constexpr int kStates = 40;
 
 const std::vector<std::string> kScenarios{
-    "arm_multisine", "arm_staircase", "arm_step",    "cartpole",   "double_pendulum", "free_swing",    "long_chain_002",
-    "long_chain_010", "long_chain_030", "pickup",      "spinning_wrist", "stick_slip",   "stiff_joint"};
+    "arm_multisine",  "arm_staircase",  "arm_step", "cartpole",       "double_pendulum", "free_swing", "long_chain_002",
+    "long_chain_010", "long_chain_030", "pickup",   "spinning_wrist", "stick_slip",      "stiff_joint"};
 
 Scenario bundled(const std::string& name) {
   return load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/compare/" + name + "/scenario.yaml");
@@ -129,8 +129,11 @@ TEST_P(NativeOrder, IsWhatTheIntegratorClaims) {
   const auto& [engine, name] = GetParam();
   const EngineInfo info = find_engine(engine).info();
   if (!info.available) GTEST_SKIP() << info.name << " is " << info.reason;
-  const std::map<std::string, double> claims{{"rk4", 4}, {"runge_kutta_merson", 4}, {"runge_kutta_feldberg", 4},
-                                             {"runge_kutta_3", 3}, {"quickstep", 0}};  // quickstep stops its sweeps early
+  const std::map<std::string, double> claims{{"rk4", 4},
+                                             {"runge_kutta_merson", 4},
+                                             {"runge_kutta_feldberg", 4},
+                                             {"runge_kutta_3", 3},
+                                             {"quickstep", 0}};  // quickstep stops its sweeps early
   const Scenario scenario = bundled(name);
   const Motion motion = free_motion_of(scenario, motion_of(scenario, 5.0), kSeconds, true, 1);
   const Referee referee = make_referee(motion, 1, nullptr);

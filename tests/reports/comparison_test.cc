@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "compare/runner.h"
 #include "scenarios/error.h"
+#include "compare/runner.h"
 
 namespace lacuna {
 namespace {
@@ -154,10 +154,10 @@ TEST(Baseline, MarksWhatExceedsTheNoiseAndNothingElse) {
   const Comparison old = sample();
   Comparison now = sample();
   EngineComparison& mujoco = now.scenarios[0].engines[1];
-  mujoco.forward_ns = about(404.0);                       // one per cent: noise
-  mujoco.methods[1].ns_per_step = about(2.0 * 800.0);     // twice
-  mujoco.methods[0].trajectory_error = 0.5e-8;            // halved
-  mujoco.acceleration_error.value = 9e-14;                // rounding
+  mujoco.forward_ns = about(404.0);                    // one per cent: noise
+  mujoco.methods[1].ns_per_step = about(2.0 * 800.0);  // twice
+  mujoco.methods[0].trajectory_error = 0.5e-8;         // halved
+  mujoco.acceleration_error.value = 9e-14;             // rounding
   const Baseline found = changes_since(to_json(old, {}, Context{}), "old.json", now);
   ASSERT_EQ(found.changes.size(), 2u);
   EXPECT_EQ(found.changes[0].quantity, "common rk4: trajectory_error");
@@ -179,8 +179,8 @@ TEST(Baseline, ASlowerMachineIsNoChange) {
 }
 
 TEST(Baseline, ThatIsNoneIsRefused) {
-  for (const char* text : {"", "{", "[]", "{}", "{\"format\": \"lacuna-fit/1\"}",
-                           "{\"format\": \"lacuna-compare/1\"}", "{\"format\": \"lacuna-compare/1\", \"scenarios\": [3]}"})
+  for (const char* text : {"", "{", "[]", "{}", "{\"format\": \"lacuna-fit/1\"}", "{\"format\": \"lacuna-compare/1\"}",
+                           "{\"format\": \"lacuna-compare/1\", \"scenarios\": [3]}"})
     EXPECT_THROW(changes_since(text, "old.json", sample()), InputError) << text;
 }
 
