@@ -80,6 +80,18 @@ void Dynamics::native_step(const std::string& integrator, std::span<double> q, s
   do_native_step(integrator, q.data(), v.data(), tau.data(), step);
 }
 
+std::optional<JointGap> Dynamics::native_joint_gap(std::span<const double> q, std::span<const double> v, double step,
+                                                   int steps, double correction) {
+  check_size("q", q.size(), dof());
+  check_size("v", v.size(), dof());
+  if (!(step > 0) || !std::isfinite(step) || steps < 0 || !(correction >= 0.0 && correction <= 1.0)) {
+    throw std::invalid_argument("Dynamics: " + std::to_string(steps) + " steps of " + std::to_string(step) +
+                                " s with a correction of " + std::to_string(correction) +
+                                ", expected a step > 0 and a correction from 0 to 1");
+  }
+  return do_native_joint_gap(q.data(), v.data(), step, steps, correction);
+}
+
 void Dynamics::do_mass_matrix(const double* q, Eigen::MatrixXd& mass) {
   const Eigen::Index n = dof();
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(n);

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,11 +24,23 @@ struct Energy {
   double total() const { return kinetic + potential; }
 };
 
+/// How far a joint's two bodies have come apart.
+struct JointGap {
+  double distance = 0.0;  ///< m, between their ideas of where the joint is
+  double angle = 0.0;     ///< rad, between their ideas of its axis (a slide: of its orientation)
+};
+
 /// What an engine can do itself, and how the rest is made up for, in words for `lacuna engines`.
 struct Capability {
   std::string name;     ///< "inverse_dynamics", "mass_matrix", "inertials_in_place", "gravity_in_place", ...
   bool native = false;  ///< false: derived here, as `words` say
   std::string words;
+};
+
+/// What an engine would model itself beside rigid bodies. It is always off here: physics/ does it, the same for all.
+struct OwnModel {
+  std::string quantity;  ///< "joint damping", "friction loss", "joint limits", "armature"
+  std::string words;     ///< how the engine models it, and how it is switched off
 };
 
 struct EngineInfo {
@@ -37,6 +50,7 @@ struct EngineInfo {
   std::string reason;  ///< why it is not available
   std::vector<Capability> capabilities;
   std::vector<std::string> native_integrators;  ///< names that native_step takes, the engine's default first
+  std::vector<OwnModel> own_models;
 };
 
 /// One robot built in one engine, with its scratch state. Not shared between threads: give each its clone().
@@ -74,6 +88,11 @@ class Dynamics {
   void native_step(const std::string& integrator, std::span<double> q, std::span<double> v, std::span<const double> tau,
                    double step);
 
+  /// Largest gaps after `steps` of the engine's own steps from (q, v), no efforts, where its state is bodies and not
+  /// joint coordinates; nothing where joints cannot come apart. `correction`: share of a gap that is pulled back a step.
+  std::optional<JointGap> native_joint_gap(std::span<const double> q, std::span<const double> v, double step, int steps,
+                                           double correction);
+
  protected:
   explicit Dynamics(std::shared_ptr<const Robot> robot) : robot_(std::move(robot)) {}
   Dynamics(const Dynamics&) = default;
@@ -88,6 +107,9 @@ class Dynamics {
   virtual void do_body_poses(const double* q, std::vector<Eigen::Isometry3d>& poses) = 0;
   virtual Energy do_energy(const double* q, const double* v) = 0;
   virtual void do_native_step(const std::string& integrator, double* q, double* v, const double* tau, double step) = 0;
+  virtual std::optional<JointGap> do_native_joint_gap(const double*, const double*, double, int, double) {
+    return std::nullopt;
+  }
 
  private:
   std::shared_ptr<const Robot> robot_;

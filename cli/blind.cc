@@ -10,6 +10,7 @@
 
 #include "cli/diagnose_run.h"
 #include "cli/progress.h"
+#include "cli/scenario_folders.h"
 #include "cli/table.h"
 #include "diagnosis/checkpoint.h"
 #include "reports/report.h"
@@ -30,50 +31,14 @@ struct BlindFlags {
   bool quick = false;
 };
 
-constexpr int kDeepest = 8;                    // folders below the one named
-constexpr std::size_t kMostEntries = 1000000;  // files and folders looked at
 constexpr std::size_t kQuickCases = 4;
 constexpr int kQuickPopulation = 20, kQuickGenerations = 5;
 constexpr std::uintmax_t kMostLabelBytes = std::uintmax_t{16} << 20, kMostRecordBytes = std::uintmax_t{256} << 20;
 
-struct CaseFolder {
-  std::string name;  ///< path below the folder named
-  fs::path folder;
-};
-
-bool holds_scenario(const fs::path& folder) {
-  std::error_code ignored;
-  return fs::is_regular_file(folder / "scenario.yaml", ignored);
-}
-
-/// Folders with a scenario.yaml, sorted by name; a case holds no further cases, and results hold none either.
-std::vector<CaseFolder> find_cases(const fs::path& root, const fs::path& out) {
-  std::error_code error;
-  if (!fs::is_directory(root, error)) throw InputError(root.string(), "no folder", "a folder with cases below it");
-  if (holds_scenario(root)) return {{file_name(fs::weakly_canonical(root).filename().string()), root}};
-  std::vector<CaseFolder> cases;
-  std::size_t seen = 0;
-  fs::recursive_directory_iterator entry(root, fs::directory_options::skip_permission_denied, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    if (++seen > kMostEntries)
-      throw InputError(root.string(), fmt::format("more than {} files", kMostEntries), "a folder of cases");
-    std::error_code ignored;
-    if (!entry->is_directory(ignored)) continue;
-    const bool results = fs::equivalent(entry->path(), out, ignored);
-    const bool is_case = !results && holds_scenario(entry->path());
-    if (is_case) cases.push_back({entry->path().lexically_relative(root).generic_string(), entry->path()});
-    if (is_case || results || entry.depth() >= kDeepest) entry.disable_recursion_pending();
-  }
-  if (error) throw InputError(root.string(), error.message(), "a folder that can be read");
-  if (cases.empty()) throw InputError(root.string(), "no folder with a scenario.yaml", "at least one case below it");
-  std::sort(cases.begin(), cases.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  return cases;
-}
-
 /// A fixed slice, evenly spread over the names: what is in the cases is not known here.
-std::vector<CaseFolder> slice(const std::vector<CaseFolder>& cases) {
+std::vector<ScenarioFolder> slice(const std::vector<ScenarioFolder>& cases) {
   if (cases.size() <= kQuickCases) return cases;
-  std::vector<CaseFolder> out;
+  std::vector<ScenarioFolder> out;
   for (std::size_t k = 0; k < kQuickCases; ++k) out.push_back(cases[k * cases.size() / kQuickCases]);
   return out;
 }
@@ -101,7 +66,7 @@ std::optional<BlindVerdict> finished(const fs::path& folder, const std::string& 
 }
 
 /// The verdict on one case, from `folder` or made now; nothing where another rank writes it. The label is not looked at.
-std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& flags, const CaseFolder& one,
+std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& flags, const ScenarioFolder& one,
                                        const fs::path& folder, const std::function<void(const Progress&)>& progress) {
   const Scenario scenario = load_scenario(one.folder / "scenario.yaml");
   check_diagnosable(scenario);
@@ -118,8 +83,8 @@ std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& fl
   return read_verdict(text_if_there(file, kMostRecordBytes), file.string());
 }
 
-std::vector<BlindCase> give_verdicts(Session& session, const DiagnoseFlags& flags, const std::vector<CaseFolder>& cases,
-                                     const fs::path& out) {
+std::vector<BlindCase> give_verdicts(Session& session, const DiagnoseFlags& flags,
+                                     const std::vector<ScenarioFolder>& cases, const fs::path& out) {
   std::vector<BlindCase> verdicts;
   std::vector<fs::path> done;
   ProgressLine line("preparing");
@@ -148,7 +113,7 @@ std::vector<BlindCase> give_verdicts(Session& session, const DiagnoseFlags& flag
 }
 
 /// Opens the label, if there is one, and holds it against its seal.
-void open_label(const CaseFolder& where, BlindCase& one) {
+void open_label(const ScenarioFolder& where, BlindCase& one) {
   const std::string text = text_if_there(where.folder / "label.json", kMostLabelBytes);
   if (text.empty()) return;
   const std::string sealed = text_if_there(where.folder / "label.sha256", 4096);
@@ -183,7 +148,7 @@ std::string summary(const std::vector<BlindCase>& cases, const BlindTotals& t) {
 }
 
 /// After everything is written: what the user must not overlook.
-void complain(const std::vector<CaseFolder>& folders, const std::vector<BlindCase>& cases) {
+void complain(const std::vector<ScenarioFolder>& folders, const std::vector<BlindCase>& cases) {
   for (std::size_t i = 0; i < cases.size(); ++i)
     if (cases[i].seal == Seal::broken)
       throw InputError((folders[i].folder / "label.json").string(), "a label that does not match its seal",
@@ -202,7 +167,7 @@ void run(Session& session, const BlindFlags& given) {
   engine_named(flags.diagnose.identify.engine);
   flags.diagnose.identify.understood(session, flags.diagnose.identify.engine);  // refuses unknown names at once
   const fs::path out = session.output.empty() ? fs::path("out/blind") : fs::path(session.output);
-  std::vector<CaseFolder> folders = find_cases(flags.folder, out);
+  std::vector<ScenarioFolder> folders = scenario_folders(flags.folder, out);
   if (flags.quick) folders = slice(folders);
   make_parent_folder(out / "blind.json");
   std::vector<BlindCase> cases = give_verdicts(session, flags.diagnose, folders, out);

@@ -212,7 +212,7 @@ class Machine {
     const PlantModel model = plain_.with_effects(effects);
     std::vector<double> values = model.values();
     std::copy(values_.begin(), values_.end(), values.begin());
-    TruthOptions truth{options_.engine, tolerance, others, options_.stop};
+    TruthOptions truth{.engine = options_.engine, .tolerance = tolerance, .outside = others, .stop = options_.stop};
     std::vector<Channels> out(segments.size());
     parallel_for(
         options_.threads, static_cast<int>(segments.size()),

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "backends/engine.h"
 #include "cli/command.h"
@@ -38,14 +39,18 @@ const RecordingSpec* picture_recording(const Scenario& scenario) {
   return scenario.recordings.empty() ? nullptr : &scenario.recordings.front();
 }
 
-std::vector<std::vector<Eigen::Isometry3d>> link_poses(const Scenario& scenario, const std::vector<Pose>& poses,
-                                                       const std::string& engine) {
-  const auto dynamics = find_engine(engine).build(scenario.robot, scenario.gravity);
+/// World poses of the links; empty for a pose that is not finite.
+std::vector<std::vector<Eigen::Isometry3d>> link_poses(const Scenario& scenario, const std::vector<Drawing>& drawings) {
+  std::map<std::string, std::unique_ptr<Dynamics>> built;
   std::vector<std::vector<Eigen::Isometry3d>> out;
   std::vector<Eigen::Isometry3d> bodies;
-  for (const Pose& pose : poses) {
-    dynamics->body_poses(pose.q, bodies);
-    out.push_back(scenario.robot->link_poses(bodies));
+  for (const Drawing& drawing : drawings) {
+    out.emplace_back();
+    if (!std::all_of(drawing.q.begin(), drawing.q.end(), [](double q) { return std::isfinite(q); })) continue;
+    std::unique_ptr<Dynamics>& dynamics = built[drawing.engine];
+    if (!dynamics) dynamics = find_engine(drawing.engine).build(scenario.robot, scenario.gravity);
+    dynamics->body_poses(drawing.q, bodies);
+    out.back() = scenario.robot->link_poses(bodies);
   }
   return out;
 }
@@ -72,14 +77,15 @@ Pose pose_at(const Scenario& scenario, const RecordingSpec& spec, double time) {
   return out;
 }
 
-std::vector<Snapshot> draw(const Scenario& scenario, const std::vector<Pose>& poses,
-                           const std::vector<std::string>& engines, const PoseOptions& options) {
+std::vector<Image> draw(const Scenario& scenario, const std::vector<Drawing>& drawings, const PoseOptions& options) {
   if (std::string reason; !render_available(&reason)) throw WorkError("no pictures: " + reason);
-  std::vector<std::vector<std::vector<Eigen::Isometry3d>>> of_engine;
-  of_engine.reserve(engines.size());
-  for (const std::string& engine : engines) of_engine.push_back(link_poses(scenario, poses, engine));
-  const Camera camera =
-      fit_camera(*scenario.robot, of_engine.front(), static_cast<double>(options.width) / options.height);
+  const auto poses = link_poses(scenario, drawings);
+  std::vector<std::vector<Eigen::Isometry3d>> fitted;
+  for (std::size_t i = 0; i < drawings.size(); ++i) {
+    if (drawings[i].engine == drawings.front().engine && !poses[i].empty()) fitted.push_back(poses[i]);
+  }
+  if (fitted.empty()) throw WorkError("no pictures: no pose is finite");
+  const Camera camera = fit_camera(*scenario.robot, fitted, static_cast<double>(options.width) / options.height);
   SnapshotOptions snapshot;
   snapshot.width = options.width;
   snapshot.height = options.height;
@@ -88,14 +94,26 @@ std::vector<Snapshot> draw(const Scenario& scenario, const std::vector<Pose>& po
     marker.joint = scenario.robot->find_joint(name).value_or(-1);
     if (marker.joint >= 0) snapshot.markers.push_back(marker);
   }
-  std::vector<Snapshot> out;
-  for (std::size_t p = 0; p < poses.size(); ++p) {
-    for (std::size_t e = 0; e < engines.size(); ++e) {
-      snapshot.caption = engines[e];
-      snapshot.subcaption = poses[p].words;
-      out.push_back({engines[e], p, render_snapshot(*scenario.robot, of_engine[e][p], camera, snapshot)});
-    }
+  std::vector<Image> out;
+  for (std::size_t i = 0; i < drawings.size(); ++i) {
+    snapshot.caption = drawings[i].caption;
+    snapshot.subcaption = drawings[i].subcaption;
+    out.push_back(poses[i].empty() ? Image::filled(options.width, options.height, 255, 255, 255)
+                                   : render_snapshot(*scenario.robot, poses[i], camera, snapshot));
   }
+  return out;
+}
+
+std::vector<Snapshot> draw(const Scenario& scenario, const std::vector<Pose>& poses,
+                           const std::vector<std::string>& engines, const PoseOptions& options) {
+  std::vector<Drawing> drawings;
+  for (const Pose& pose : poses) {
+    for (const std::string& engine : engines) drawings.push_back({engine, pose.q, engine, pose.words});
+  }
+  std::vector<Image> images = draw(scenario, drawings, options);
+  std::vector<Snapshot> out;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    out.push_back({drawings[i].engine, i / engines.size(), std::move(images[i])});
   return out;
 }
 

@@ -32,6 +32,16 @@ struct Snapshot {
   Image image;
 };
 
+/// One picture: a pose as one engine's link poses have it.
+struct Drawing {
+  std::string engine;
+  std::vector<double> q;  ///< rad or m
+  std::string caption, subcaption;
+};
+/// All from one camera, fitted to the first engine's. A pose that is not finite gives an empty picture. Throws WorkError
+/// where drawing is not possible.
+std::vector<Image> draw(const Scenario& scenario, const std::vector<Drawing>& drawings, const PoseOptions& options);
+
 /// Every pose on every engine, all from one camera, pose by pose. Throws WorkError where drawing is not possible.
 std::vector<Snapshot> draw(const Scenario& scenario, const std::vector<Pose>& poses,
                            const std::vector<std::string>& engines, const PoseOptions& options);

@@ -11,6 +11,9 @@ class EngineDynamics {
  public:
   explicit EngineDynamics(std::unique_ptr<Dynamics> dynamics);
 
+  /// The engine itself; it knows of no armature.
+  Dynamics& engine() { return *dynamics_; }
+
   void set_inertial(int body, int, const Inertial& inertial) { dynamics_->set_inertial(body, inertial); }
   void set_armature(int joint, int, double inertia) { armature_(joint) = inertia; }
   void set_gravity(int, const Eigen::Vector3d& gravity) { dynamics_->set_gravity(gravity); }

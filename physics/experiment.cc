@@ -41,17 +41,9 @@ const char* unit_of(ChannelKind kind, bool prismatic) {
   }
 }
 
-/// A recording cut to its time range: the track, and one measured column per channel.
-struct Cut {
-  std::shared_ptr<CommandTrack> track = std::make_shared<CommandTrack>();
-  std::vector<std::vector<double>> measured;
-  double session = 0.0;  ///< s, of the track's start
-};
-
-Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels,
-        double session_offset) {
-  const Recording& data = *spec.data;
-  const std::vector<double>& time = column_of(data, scenario.channels.time);
+/// First sample of a recording's time range, and the one after its last.
+std::pair<std::size_t, std::size_t> rows_of(const Scenario& scenario, const RecordingSpec& spec) {
+  const std::vector<double>& time = column_of(*spec.data, scenario.channels.time);
   const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL));
   const auto last = std::upper_bound(first, time.end(), spec.to.value_or(HUGE_VAL));
   const std::size_t from = static_cast<std::size_t>(first - time.begin());
@@ -60,15 +52,21 @@ Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<C
     throw InputError(spec.where, fmt::format("{} samples of {} in the time range", to - from, quoted(spec.file)),
                      fmt::format("at least {}", kFewestSamples));
   }
-  Cut out;
-  out.session = session_offset + time[from];
-  for (std::size_t i = from; i < to; ++i) out.track->time.push_back(time[i] - time[from]);
-  const auto commands = scenario.channels.of.find(ChannelKind::command);
-  for (const Joint& joint : scenario.robot->joints()) {
-    const bool driven = commands != scenario.channels.of.end() && commands->second.count(joint.name) > 0;
-    out.track->value.push_back(driven ? converted(data, commands->second.at(joint.name), from, to)
-                                      : std::vector<double>(to - from, 0.0));
-  }
+  return {from, to};
+}
+
+/// A recording cut to its time range: the track, and one measured column per channel.
+struct Cut {
+  std::shared_ptr<const CommandTrack> track;
+  std::vector<std::vector<double>> measured;
+  double session = 0.0;  ///< s, of the track's start
+};
+
+Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels,
+        double session_offset) {
+  const Recording& data = *spec.data;
+  const auto [from, to] = rows_of(scenario, spec);
+  Cut out{command_track(scenario, spec), {}, session_offset + column_of(data, scenario.channels.time)[from]};
   for (const Channel& channel : channels) {
     const std::string& joint = scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name;
     out.measured.push_back(converted(data, scenario.channels.of.at(channel.kind).at(joint), from, to));
@@ -331,6 +329,21 @@ std::size_t Experiment::sample_count(Role role) const {
     }
   }
   return n;
+}
+
+std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec) {
+  const Recording& data = *spec.data;
+  const std::vector<double>& time = column_of(data, scenario.channels.time);
+  const auto [from, to] = rows_of(scenario, spec);
+  auto track = std::make_shared<CommandTrack>();
+  for (std::size_t i = from; i < to; ++i) track->time.push_back(time[i] - time[from]);
+  const auto commands = scenario.channels.of.find(ChannelKind::command);
+  for (const Joint& joint : scenario.robot->joints()) {
+    const bool driven = commands != scenario.channels.of.end() && commands->second.count(joint.name) > 0;
+    track->value.push_back(driven ? converted(data, commands->second.at(joint.name), from, to)
+                                  : std::vector<double>(to - from, 0.0));
+  }
+  return track;
 }
 
 Experiment make_experiment(const Scenario& scenario) {

@@ -55,6 +55,9 @@ struct Experiment {
   double span = 0.0;                                    ///< s, length of the session
 };
 
+/// The commands of one loaded recording over its time range. Throws InputError where that is shorter than ten samples.
+std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec);
+
 /// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is shorter
 /// than ten samples or than the horizon.
 Experiment make_experiment(const Scenario& scenario);

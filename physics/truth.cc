@@ -3,10 +3,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "backends/engine.h"
+#include "backends/featherstone/tree.h"
+#include "physics/cpu_clock.h"
 #include "physics/engine_dynamics.h"
 #include "physics/plant.h"
 #include "scenarios/error.h"
@@ -16,13 +19,34 @@ namespace {
 
 constexpr double kRipples = 24.0;   // of position_ripple, per radian
 constexpr double kPushLasts = 0.4;  // s
-constexpr double kShortest = 1e-8;  // s, shortest step: no event and no kink stops the clock
-constexpr double kFinestShare =
-    1e-3;  // of a sample interval: below it an engine's own rounding rules the error estimate
-constexpr double kMemoryStep = 5e-4;  // s: memories are carried from step to step, unseen by the error estimate
-constexpr int kDecisions = 4;         // rounds of stick/slide decisions at one instant
+constexpr int kDecisions = 4;       // rounds of stick/slide decisions at one instant
 
-using State = std::vector<double>;
+/// What a run is carried by: a scalar type, a dynamics over it, and a pair of methods with step control.
+struct OnAnyEngine {
+  using Scalar = double;
+  using Dyn = EngineDynamics;
+  using Stepper = boost::numeric::odeint::runge_kutta_dopri5<std::vector<double>>;
+  static constexpr double order = 5.0;
+  static constexpr double shortest = 1e-8;  ///< s, shortest step: no event and no kink stops the clock
+  /// Of a sample interval: below it an engine's own rounding rules the error estimate.
+  static constexpr double finest_share = 1e-3;
+  static constexpr double close = 1e-12;  ///< s, relative: what is left of an interval that counts as nothing
+
+  static Dyn dynamics(const PlantModel& model, const TruthOptions& options) {
+    return EngineDynamics(find_engine(options.engine).build(model.robot_ptr(), model.gravity()));
+  }
+};
+struct InExtendedPrecision {
+  using Scalar = long double;
+  using Dyn = Tree<long double>;
+  using Stepper = boost::numeric::odeint::runge_kutta_fehlberg78<std::vector<long double>, long double>;
+  static constexpr double order = 8.0;
+  static constexpr double shortest = 1e-13;
+  static constexpr double finest_share = 1e-6;
+  static constexpr double close = 1e-17;
+
+  static Dyn dynamics(const PlantModel& model, const TruthOptions&) { return Tree<long double>(model.robot()); }
+};
 
 struct OutsideName {
   OutsidePhysics::Kind kind;
@@ -32,27 +56,33 @@ constexpr OutsideName kOutside[] = {{OutsidePhysics::Kind::position_ripple, "pos
                                     {OutsidePhysics::Kind::external_push, "external_push"},
                                     {OutsidePhysics::Kind::command_dropout, "command_dropout"}};
 
+template <class By>
 class TruthRun {
  public:
+  using T = typename By::Scalar;
+  using State = std::vector<T>;
+
   TruthRun(const PlantModel& model, const Segment& segment, std::span<const double> values, const TruthOptions& options)
-      : plant_(model, EngineDynamics(find_engine(options.engine).build(model.robot_ptr(), model.gravity()))),
+      : plant_(model, By::dynamics(model, options)),
         segment_(segment),
         options_(options),
         n_(static_cast<std::size_t>(model.dof())),
-        memory_(static_cast<std::size_t>(plant_.memories()), 0.0),
-        u_(n_, 0.0),
-        tau_(n_, 0.0),
-        free_(n_, 1.0),
-        direction_(n_, 0.0),
-        breakaway_(n_, 0.0),
-        imbalance_(n_, 0.0) {
+        memory_(static_cast<std::size_t>(plant_.memories()), T(0.0)),
+        u_(n_, T(0.0)),
+        tau_(n_, T(0.0)),
+        free_(n_, T(1.0)),
+        direction_(n_, T(0.0)),
+        breakaway_(n_, T(0.0)),
+        imbalance_(n_, T(0.0)) {
     plant_.bind(0, values);
-    x_.assign(2 * n_ + static_cast<std::size_t>(plant_.states()), 0.0);
+    x_.assign(2 * n_ + static_cast<std::size_t>(plant_.states()), T(0.0));
     rate_ = next_ = next_rate_ = error_ = x_;
     for (std::size_t j = 0; j < n_; ++j) dry_.push_back(plant_.has_dry_friction(static_cast<int>(j)));
+    any_dry_ = std::find(dry_.begin(), dry_.end(), true) != dry_.end();
   }
 
   std::vector<std::vector<double>> run(const std::vector<Channel>& channels) {
+    const double begun = thread_cpu_seconds();
     std::vector<std::vector<double>> out(channels.size());
     begin();
     record(channels, out);
@@ -62,6 +92,10 @@ class TruthRun {
       record(channels, out);
     }
     sense(channels, out);
+    if (options_.effort != nullptr) {
+      options_.effort->evaluations = evaluations_;
+      options_.effort->seconds = thread_cpu_seconds() - begun;
+    }
     return out;
   }
 
@@ -69,33 +103,35 @@ class TruthRun {
   void begin() {
     t_ = segment_.time(0);
     for (std::size_t j = 0; j < n_; ++j) {
-      x_[j] = plant_.unsensed(static_cast<int>(j), segment_.q0[j]);
-      x_[n_ + j] = segment_.v0[j];
+      x_[j] = plant_.unsensed(static_cast<int>(j), T(segment_.q0[j]));
+      x_[n_ + j] = T(segment_.v0[j]);
     }
     fetch_commands();
     const State start = x_;
-    if (!settle()) {
+    if (!options_.settle || !settle()) {
       x_ = start;
       plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     }
-    plant_.begin_memories(instant(0.0, x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
+    plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
   }
 
   /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then the
   /// rates of the states. The speeds in x are 0.
   Eigen::VectorXd unbalanced(const State& x) {
-    const State zero(n_, 0.0);
-    State holding(n_), rates(x.size(), 0.0);
-    plant_.begin_memories(instant(0.0, x), x.data(), zero.data(), u_.data(), memory_.data());
+    const State zero(n_, T(0.0));
+    State holding(n_), rates(x.size(), T(0.0));
+    plant_.begin_memories(instant(T(0.0), x), x.data(), zero.data(), u_.data(), memory_.data());
     plant_.dynamics().inverse_dynamics(x.data(), zero.data(), zero.data(), holding.data());
     Eigen::VectorXd out(static_cast<Eigen::Index>(x.size() - n_));
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
-      out(static_cast<Eigen::Index>(j)) = holding[j] - outside_effort(joint, x[j]) -
-                                          plant_.effort(joint, instant(0.0, x), x[j], 0.0, u_[j], x.data() + 2 * n_,
-                                                        memory_.data(), rates.data() + 2 * n_, nullptr);
+      const T given =
+          outside_effort(joint, x[j]) + plant_.effort(joint, instant(T(0.0), x), x[j], T(0.0), u_[j], x.data() + 2 * n_,
+                                                      memory_.data(), rates.data() + 2 * n_, nullptr);
+      out(static_cast<Eigen::Index>(j)) = static_cast<double>(holding[j] - given);
     }
-    for (std::size_t k = 2 * n_; k < x.size(); ++k) out(static_cast<Eigen::Index>(k - n_)) = rates[k];
+    for (std::size_t k = 2 * n_; k < x.size(); ++k)
+      out(static_cast<Eigen::Index>(k - n_)) = static_cast<double>(rates[k]);
     return out;
   }
 
@@ -103,7 +139,7 @@ class TruthRun {
   bool settle() {
     constexpr double kNudge = 1e-6, kLongest = 0.3, kFarthest = std::numbers::pi, kClose = 1e-9;  // rad, m
     const State start = x_;
-    std::fill_n(x_.begin() + static_cast<std::ptrdiff_t>(n_), n_, 0.0);
+    std::fill_n(x_.begin() + static_cast<std::ptrdiff_t>(n_), n_, T(0.0));
     plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     const Eigen::Index size = static_cast<Eigen::Index>(x_.size() - n_);
     const auto place = [&](Eigen::Index k) {  // of unknown k in x_: the speeds are none
@@ -131,8 +167,8 @@ class TruthRun {
     return false;
   }
 
-  Instant<double> instant(double since, const State& x) const {
-    return {segment_.session + t_ + since, since, x.data() + n_};
+  Instant<T> instant(const T& since, const State& x) const {
+    return {T(segment_.session) + t_ + since, since, x.data() + n_};
   }
 
   /// Commands in force now, and when the next one of them jumps within the sample interval.
@@ -140,11 +176,11 @@ class TruthRun {
     const std::vector<double>& time = segment_.commands->time;
     next_jump_ = HUGE_VAL;
     for (std::size_t j = 0; j < n_; ++j) {
-      const double late = plant_.delay(static_cast<int>(j));
-      const auto after = std::upper_bound(time.begin(), time.end(), t_ - late + 1e-12 * (1.0 + t_));
+      const T late = plant_.delay(static_cast<int>(j));
+      const auto after = std::upper_bound(time.begin(), time.end(), t_ - late + T(1e-12) * (T(1.0) + t_));
       const std::size_t i = after == time.begin() ? 0 : static_cast<std::size_t>(after - time.begin()) - 1;
-      u_[j] = segment_.commands->value[j][i];
-      if (after != time.end()) next_jump_ = std::min(next_jump_, *after + late);
+      u_[j] = T(segment_.commands->value[j][i]);
+      if (after != time.end()) next_jump_ = std::min(next_jump_, T(*after) + late);
       drop_command(j);
     }
   }
@@ -154,8 +190,8 @@ class TruthRun {
       if (outside.kind != OutsidePhysics::Kind::command_dropout || outside.joint != static_cast<int>(j)) continue;
       for (const double from : times_of(outside)) {
         for (const double edge : {from, from + outside.strength})
-          if (edge > t_ + 1e-12 * (1.0 + t_)) next_jump_ = std::min(next_jump_, edge);
-        if (t_ + 1e-12 * (1.0 + t_) >= from && t_ < from + outside.strength) u_[j] = 0.0;
+          if (edge > t_ + 1e-12 * (1.0 + t_)) next_jump_ = std::min(next_jump_, T(edge));
+        if (t_ + 1e-12 * (1.0 + t_) >= from && t_ < from + outside.strength) u_[j] = T(0.0);
       }
     }
   }
@@ -165,40 +201,41 @@ class TruthRun {
     return recording < outside.times.size() ? outside.times[recording] : std::vector<double>{};
   }
 
-  double outside_effort(int joint, double q, double since = 0.0) const {
-    double sum = 0.0;
+  T outside_effort(int joint, const T& q, const T& since = T(0.0)) const {
+    T sum(0.0);
     for (const OutsidePhysics& outside : options_.outside) {
       if (outside.joint != joint) continue;
       if (outside.kind == OutsidePhysics::Kind::position_ripple) sum += outside.strength * std::sin(kRipples * q);
       if (outside.kind != OutsidePhysics::Kind::external_push) continue;
       for (const double from : times_of(outside)) {
-        const double phase = (t_ + since - from) / kPushLasts;
-        if (phase > 0.0 && phase < 1.0) sum += outside.strength * std::sin(std::numbers::pi * phase);
+        const T phase = (t_ + since - from) / kPushLasts;
+        if (phase > 0.0 && phase < 1.0) sum += outside.strength * std::sin(std::numbers::pi_v<T> * phase);
       }
     }
     return sum;
   }
 
-  void derivative(double since, const State& x, State& dx) {
-    const double* q = x.data();
-    const double* v = q + n_;
-    const Instant<double> now = instant(since, x);
+  void derivative(const T& since, const State& x, State& dx) {
+    ++evaluations_;
+    const T* q = x.data();
+    const T* v = q + n_;
+    const Instant<T> now = instant(since, x);
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
       dx[j] = v[j];
       tau_[j] = outside_effort(joint, q[j], since) +
                 plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
       if (!dry_[j] || direction_[j] == 0.0) continue;
-      const double speed = std::max(v[j] * direction_[j], 0.0);
+      const T speed = std::max(v[j] * direction_[j], T(0.0));
       tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
     }
     plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
   }
 
   /// Carries the memories over the `since` seconds that ended now.
-  void remember(double since) {
+  void remember(const T& since) {
     if (memory_.empty()) return;
-    Instant<double> now = instant(0.0, x_);
+    Instant<T> now = instant(T(0.0), x_);
     now.since = since;
     for (std::size_t j = 0; j < n_; ++j)
       plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
@@ -210,9 +247,9 @@ class TruthRun {
     for (std::size_t j = 0; j < n_; ++j) {
       if (!dry_[j]) continue;
       const int joint = static_cast<int>(j);
-      plant_.effort(joint, instant(0.0, x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
+      plant_.effort(joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                     nullptr);
-      breakaway_[j] = plant_.dry_friction(joint, instant(0.0, x_), x_[j], 0.0, u_[j]);
+      breakaway_[j] = plant_.dry_friction(joint, instant(T(0.0), x_), x_[j], T(0.0), u_[j]);
       if (breakaway_[j] <= 0.0) {
         direction_[j] = 0.0;
         free_[j] = 1.0;
@@ -226,7 +263,7 @@ class TruthRun {
   /// Rates now, after every joint at rest was either held or set sliding.
   void decide() {
     look_at_friction();
-    derivative(0.0, x_, rate_);
+    derivative(T(0.0), x_, rate_);
     for (int round = 0; round < kDecisions; ++round) {
       bool changed = false;
       for (std::size_t j = 0; j < n_; ++j) {
@@ -241,18 +278,23 @@ class TruthRun {
         }
       }
       if (!changed) return;
-      derivative(0.0, x_, rate_);
+      derivative(T(0.0), x_, rate_);
     }
   }
 
   /// One step of h into next_; the largest error over tolerance.
-  double try_step(double h) {
-    stepper_.do_step([this](const State& x, State& dx, double since) { derivative(since, x, dx); }, x_, rate_, 0.0,
-                     next_, next_rate_, h, error_);
+  double try_step(const T& h) {
+    const auto rates = [this](const State& x, State& dx, T since) { derivative(since, x, dx); };
+    if constexpr (std::is_same_v<By, OnAnyEngine>) {  // this pair's last stage is the step's end
+      stepper_.do_step(rates, x_, rate_, T(0.0), next_, next_rate_, h, error_);
+    } else {
+      stepper_.do_step(rates, x_, rate_, T(0.0), next_, h, error_);
+      if (any_dry_) derivative(h, next_, next_rate_);  // has_event asks for the imbalance at the end
+    }
     double worst = 0.0;
     for (std::size_t i = 0; i < x_.size(); ++i) {
-      const double size = std::max(std::fabs(x_[i]), std::fabs(next_[i]));
-      worst = std::max(worst, std::fabs(error_[i]) / (options_.tolerance * (1.0 + size)));
+      const T size = std::max(std::fabs(x_[i]), std::fabs(next_[i]));
+      worst = std::max(worst, static_cast<double>(std::fabs(error_[i]) / (options_.tolerance * (T(1.0) + size))));
     }
     return std::isfinite(worst) ? worst : HUGE_VAL;
   }
@@ -271,60 +313,62 @@ class TruthRun {
   }
 
   /// Shortens the step just tried to its first event, and settles that.
-  double stop_at_event(double h, const std::vector<bool>& held) {
-    double before = 0.0, after = h;
-    while (after - before > kShortest) {
-      const double middle = 0.5 * (before + after);
+  T stop_at_event(const T& h, const std::vector<bool>& held) {
+    T before(0.0), after = h;
+    while (after - before > By::shortest) {
+      const T middle = T(0.5) * (before + after);
       try_step(middle);
       (any_event(held) ? after : before) = middle;
     }
-    after = std::max(after, std::min(kShortest, h));
+    after = std::max(after, std::min(T(By::shortest), h));
     try_step(after);
     for (std::size_t j = 0; j < n_; ++j) {
       if (!has_event(j, held)) continue;
       const bool stops = free_[j] == 1.0;
-      direction_[j] = stops ? 0.0 : (imbalance_[j] > 0.0 ? 1.0 : -1.0);
-      if (stops) next_[n_ + j] = 0.0;
+      direction_[j] = T(stops ? 0.0 : (imbalance_[j] > 0.0 ? 1.0 : -1.0));
+      if (stops) next_[n_ + j] = T(0.0);
     }
     return after;
   }
 
   void advance(double end, double interval) {
-    const double close = 1e-12 * (1.0 + end), finest = kFinestShare * interval;
+    const double close = By::close * (1.0 + end), finest = By::finest_share * interval;
     while (end - t_ > close) {
       fetch_commands();
-      remember(0.0);
+      remember(T(0.0));
       decide();
       std::vector<bool> held;
       for (std::size_t j = 0; j < n_; ++j) held.push_back(std::fabs(imbalance_[j]) <= breakaway_[j]);
-      double left = std::min(end, next_jump_) - t_;
-      if (!memory_.empty()) left = std::min(left, kMemoryStep);
-      double h = std::min(left, step_ > 0.0 ? step_ : 0.25 * interval);
+      T left = std::min(T(end), next_jump_) - t_;
+      if (!memory_.empty()) left = std::min(left, T(options_.memory_step));
+      T h = std::min(left, T(step_ > 0.0 ? step_ : 0.25 * interval));
       double error = try_step(h);
       for (; error > 1.0 && h > finest; error = try_step(h))
-        h = std::max(finest, h * std::clamp(0.9 * std::pow(error, -0.2), 0.2, 0.9));
+        h = std::max(T(finest), h * T(std::clamp(0.9 * std::pow(error, -1.0 / By::order), 0.2, 0.9)));
       h = std::min(h, left);
-      step_ = std::max(finest, h * std::clamp(0.9 * std::pow(std::max(error, 1e-10), -0.2), 0.2, 5.0));
+      step_ = std::max(finest, static_cast<double>(h) *
+                                   std::clamp(0.9 * std::pow(std::max(error, 1e-10), -1.0 / By::order), 0.2, 5.0));
       if (any_event(held)) h = stop_at_event(h, held);
       x_ = next_;
-      t_ = end - t_ - h < close ? end : t_ + h;
+      t_ = T(end) - t_ - h < close ? T(end) : t_ + h;
       remember(h);
     }
     t_ = end;
     fetch_commands();
-    const bool finite = std::all_of(x_.begin(), x_.end(), [](double value) { return std::fabs(value) < 1e6; });
-    if (!finite) throw WorkError("the motion to be concealed diverges " + std::to_string(t_) + " s after its start");
+    const bool finite = std::all_of(x_.begin(), x_.end(), [](const T& value) { return std::fabs(value) < 1e6; });
+    if (!finite)
+      throw WorkError("the motion diverges " + std::to_string(static_cast<double>(t_)) + " s after its start");
   }
 
   void record(const std::vector<Channel>& channels, std::vector<std::vector<double>>& out) {
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const std::size_t j = static_cast<std::size_t>(channels[c].joint);
-      double value = x_[j];
+      T value = x_[j];
       if (channels[c].kind == ChannelKind::velocity) value = x_[n_ + j];
       if (channels[c].kind == ChannelKind::effort)
-        value = plant_.effort(channels[c].joint, instant(0.0, x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
+        value = plant_.effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
                               memory_.data(), nullptr, nullptr);
-      out[c].push_back(value);
+      out[c].push_back(static_cast<double>(value));
     }
   }
 
@@ -332,19 +376,26 @@ class TruthRun {
     std::vector<double> time;
     for (std::size_t k = 0; k < segment_.count; ++k) time.push_back(segment_.time(k));
     for (std::size_t c = 0; c < channels.size(); ++c)
-      if (channels[c].kind == ChannelKind::position) plant_.sense(channels[c].joint, time, out[c].data(), 1);
+      if (channels[c].kind == ChannelKind::position) {
+        std::vector<T> readings(out[c].begin(), out[c].end());
+        plant_.sense(channels[c].joint, time, readings.data(), 1);
+        std::transform(readings.begin(), readings.end(), out[c].begin(),
+                       [](const T& value) { return static_cast<double>(value); });
+      }
   }
 
-  Plant<double, EngineDynamics> plant_;
+  Plant<T, typename By::Dyn> plant_;
   const Segment& segment_;
   const TruthOptions& options_;
   std::size_t n_;
-  double t_ = 0.0, next_jump_ = HUGE_VAL;      // s
+  T t_ = T(0.0), next_jump_ = T(HUGE_VAL);     // s
   double step_ = 0.0;                          // s, the next one to try
   State x_, rate_, next_, next_rate_, error_;  // q, v, z one after the other
-  std::vector<double> memory_, u_, tau_, free_, direction_, breakaway_, imbalance_;
+  std::vector<T> memory_, u_, tau_, free_, direction_, breakaway_, imbalance_;
   std::vector<bool> dry_;
-  boost::numeric::odeint::runge_kutta_dopri5<State> stepper_;
+  bool any_dry_ = false;
+  long evaluations_ = 0;
+  typename By::Stepper stepper_;
 };
 
 }  // namespace
@@ -370,7 +421,10 @@ std::vector<std::string> outside_physics_names() {
 std::vector<std::vector<double>> simulate_truth(const PlantModel& model, const Segment& segment,
                                                 const std::vector<Channel>& channels, std::span<const double> values,
                                                 const TruthOptions& options) {
-  return TruthRun(model, segment, values, options).run(channels);
+  if (options.extended_precision) {
+    return TruthRun<InExtendedPrecision>(model, segment, values, options).run(channels);
+  }
+  return TruthRun<OnAnyEngine>(model, segment, values, options).run(channels);
 }
 
 }  // namespace lacuna

@@ -138,25 +138,30 @@ class Frame {
     for (const Curve& curve : plot.curves) {
       const std::size_t n = std::min(curve.x.size(), curve.y.size());
       for (std::size_t i = 0; i < n; ++i) {
-        x.include(curve.x[i]);
+        x.include(along(curve.x[i]));
         y.include(height_of(curve.y[i]));
       }
     }
-    if (plot.x_range) x.low = plot.x_range->first, x.high = plot.x_range->second;
+    if (plot.x_range) x.low = along(plot.x_range->first), x.high = along(plot.x_range->second);
     if (plot.band && !plot.log_y) y.include(plot.band->first), y.include(plot.band->second);
     if (plot.y_limit && !plot.log_y) {
       y.low = std::max(y.low, plot.y_limit->first);
       y.high = std::min(y.high, plot.y_limit->second);
     }
-    x_ = make_axis(x.low, x.high, plot.width / 90, true);
+    x_ = plot.log_x ? make_log_axis(x.low, x.high, plot.width / 90) : make_axis(x.low, x.high, plot.width / 90, true);
     const int ticks = std::max(2, static_cast<int>(bottom_ - top_) / 34);
     y_ = plot.log_y ? make_log_axis(y.low, y.high, ticks) : make_axis(y.low, y.high, ticks, false);
   }
 
-  double px(double x) const { return kLeft + (right_ - kLeft) * share(x, x_); }
+  /// `x` in data units.
+  double px(double x) const { return across(along(x)); }
   /// `value` in data units.
   double py(double value) const { return at(height_of(value)); }
   /// Data to axis units; NaN where it cannot be drawn.
+  double along(double x) const {
+    if (!plot_.log_x) return x;
+    return x > 0.0 ? std::log10(x) : std::nan("");
+  }
   double height_of(double value) const {
     if (!plot_.log_y) return value;
     return value > 0.0 ? std::log10(value) : std::nan("");
@@ -170,13 +175,13 @@ class Frame {
       out += words(kLeft - 8, y + 4, "end", y_.labels[i]);
     }
     for (std::size_t i = 0; i < x_.ticks.size(); ++i) {
-      const double x = px(x_.ticks[i]);
+      const double x = across(x_.ticks[i]);
       out += rule(x, bottom_, x, bottom_ + 4, 0.4);
       if (plot_.x_axis_labels) out += words(x, bottom_ + 17, "middle", x_.labels[i]);
     }
     out += rule(kLeft, bottom_, right_, bottom_, 0.4);
     if (plot_.x_axis_labels)
-      out += words(right_, bottom_ + 34, "end", axis_title(plot_.x_label, plot_.x_unit, x_.exponent));
+      out += words(right_, bottom_ + 34, "end", axis_title(plot_.x_label, plot_.x_unit, plot_.log_x ? 0 : x_.exponent));
     const std::string turn = fmt::format(" transform=\"rotate(-90 14 {0:.1f})\"", 0.5 * (top_ + bottom_));
     const std::string title = axis_title(plot_.y_label, plot_.y_unit, plot_.log_y ? 0 : y_.exponent);
     return out + words(14, 0.5 * (top_ + bottom_), "middle", title, turn.c_str());
@@ -224,6 +229,7 @@ class Frame {
     // Far outside is as good as just outside, and keeps the numbers short.
     return std::clamp((value - axis.low) / (axis.high - axis.low), -4.0, 5.0);
   }
+  double across(double x) const { return kLeft + (right_ - kLeft) * share(x, x_); }
   double at(double height) const { return bottom_ - (bottom_ - top_) * share(height, y_); }
 
   const LinePlot& plot_;
@@ -236,7 +242,7 @@ std::string path_of(const Curve& curve, const Frame& frame) {
   std::string path, last;
   bool pen_down = false;
   for (const std::size_t i : decimate(curve.y.first(n))) {
-    if (!std::isfinite(curve.x[i]) || !std::isfinite(frame.height_of(curve.y[i]))) {
+    if (!std::isfinite(frame.along(curve.x[i])) || !std::isfinite(frame.height_of(curve.y[i]))) {
       pen_down = false;
       continue;
     }

@@ -37,7 +37,7 @@ struct LinePlot {
   std::optional<std::pair<double, double>> y_limit;  ///< what the y axis never exceeds; curves beyond are clipped
   std::optional<std::pair<double, double>> x_range;  ///< given: the x axis, so that plots align
   bool zero_line = false;
-  bool log_y = false;  ///< points that are not positive are left out
+  bool log_x = false, log_y = false;  ///< points that are not positive are left out
   bool x_axis_labels = true;
   int width = 960, height = 240;
 };

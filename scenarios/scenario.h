@@ -84,6 +84,18 @@ struct InverseDynamics {
 };  ///< effort needed for the measured, low-passed motion
 using Prediction = std::variant<FreeRun, Windows, InverseDynamics>;
 
+/// What `lacuna compare` moves where no recording says so, or in its place:
+/// `{duration: 5, position: {shoulder: 2.0}, velocity: {elbow: 1.0}, commands: steps.csv, pickup: {mass: 8, time: 1.5}}`.
+struct MotionSpec {
+  std::optional<double> duration;          ///< s
+  std::map<std::string, double> position;  ///< rad (m) at the start, by joint; others 0
+  std::map<std::string, double> velocity;  ///< rad/s (m/s) at the start; others 0
+  std::string commands;                    ///< file as written, with the time and command columns; "": none
+  std::optional<double> pickup_mass;       ///< kg, a point mass at rest that the tool takes hold of,
+  double pickup_time = 0.0;                ///< s, at this instant
+  std::string where;
+};
+
 struct Scenario {
   std::filesystem::path file;  ///< as given
   std::string name;
@@ -100,6 +112,7 @@ struct Scenario {
   std::vector<RecordingSpec> recordings;
   std::vector<EffectSpec> effects;
   Prediction prediction = FreeRun{};
+  std::optional<MotionSpec> motion;
   std::vector<std::string> notes;  ///< what loading ignored or counted (meshes, missing samples)
 
   std::filesystem::path folder() const { return file.parent_path(); }

@@ -58,11 +58,12 @@ void ScenarioParser::parse() {
   section("recordings", &ScenarioParser::parse_recordings);
   section("effects", &ScenarioParser::parse_effects);
   section("prediction", &ScenarioParser::parse_prediction);
+  section("motion", &ScenarioParser::parse_motion);
 }
 
 void ScenarioParser::parse_head() {
   root_.expect_keys({"format", "name", "robot", "gravity", "sample_period", "total_mass", "actuators", "identify",
-                     "channels", "noise", "recordings", "effects", "prediction"});
+                     "channels", "noise", "recordings", "effects", "prediction", "motion"});
   const YamlCursor format = root_.at("format");
   if (format.text() != kFormat) format.fail(kFormat);
   out_.name = root_.at("name").text();
@@ -296,6 +297,33 @@ void ScenarioParser::parse_prediction(const YamlCursor& section) {
     inverse->expect_keys({"cutoff_hz"});
     out_.prediction = InverseDynamics{inverse->at("cutoff_hz").positive_number()};
   }
+}
+
+void ScenarioParser::parse_motion(const YamlCursor& section) {
+  section.expect_keys({"duration", "position", "velocity", "commands", "pickup"});
+  MotionSpec motion;
+  motion.where = section.where();
+  if (const auto duration = section.find("duration")) motion.duration = duration->positive_number();
+  for (auto [key, values] : {std::pair("position", &motion.position), std::pair("velocity", &motion.velocity)}) {
+    const auto cursor = section.find(key);
+    if (!cursor) continue;
+    for (const auto& [joint, value] : cursor->entries()) {
+      expect_joint(joint, value);
+      (*values)[joint] = value.number();
+    }
+  }
+  if (const auto commands = section.find("commands")) {
+    if (out_.channels.time.empty() || out_.channels.of.count(ChannelKind::command) == 0)
+      throw InputError(commands->where(), "commands but no channels.time or channels.command",
+                       "the columns of the time and of each joint's command");
+    motion.commands = inner_path(*commands, out_);
+  }
+  if (const auto pickup = section.find("pickup")) {
+    pickup->expect_keys({"mass", "time"});
+    motion.pickup_mass = pickup->at("mass").positive_number();
+    motion.pickup_time = pickup->at("time").positive_number();
+  }
+  out_.motion = std::move(motion);
 }
 
 }  // namespace lacuna

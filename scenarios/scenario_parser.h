@@ -27,6 +27,7 @@ class ScenarioParser {
   void parse_recordings(const YamlCursor& section);
   void parse_effects(const YamlCursor& section);
   void parse_prediction(const YamlCursor& section);
+  void parse_motion(const YamlCursor& section);
 
   EffectSpec parse_effect(const YamlCursor& entry) const;
   RecordingSpec parse_recording(const YamlCursor& entry) const;

@@ -168,6 +168,19 @@ std::string prediction_text(const Prediction& prediction) {
   return "prediction: free_run\n";
 }
 
+/// `commands` as seen from the new place.
+std::string motion_text(const MotionSpec& motion, const std::string& commands) {
+  std::string out = "motion:\n";
+  if (motion.duration) out += "  duration: " + format_number(*motion.duration) + "\n";
+  if (!motion.position.empty()) out += "  position: " + number_map(motion.position) + "\n";
+  if (!motion.velocity.empty()) out += "  velocity: " + number_map(motion.velocity) + "\n";
+  if (!commands.empty()) out += "  commands: " + scalar(commands) + "\n";
+  if (motion.pickup_mass)
+    out += fmt::format("  pickup: {{mass: {}, time: {}}}\n", format_number(*motion.pickup_mass),
+                       format_number(motion.pickup_time));
+  return out;
+}
+
 }  // namespace
 
 void save_scenario(const Scenario& scenario, const fs::path& file) {
@@ -183,6 +196,10 @@ void save_scenario(const Scenario& scenario, const fs::path& file) {
   if (scenario.total_mass) out += "total_mass: " + format_number(*scenario.total_mass) + "\n";
   out += actuators_text(scenario) + identify_text(scenario) + channels_text(scenario) + noise_text(scenario) +
          recordings_text(scenario, moved) + effects_text(scenario, moved) + prediction_text(scenario.prediction);
+  if (scenario.motion) {
+    const std::string& commands = scenario.motion->commands;
+    out += motion_text(*scenario.motion, commands.empty() ? commands : mover.recording(commands));
+  }
   write_file_atomically(file, out);
 }
 

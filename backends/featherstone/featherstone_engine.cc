@@ -135,6 +135,12 @@ class FeatherstoneEngine final : public Engine {
         {"gravity_in_place", true, "nothing is rebuilt"},
         {"lanes", true, "many parameter sets at once in SIMD lanes"},
     };
+    info.own_models = {
+        {"joint damping", "none: an actuator's or an effect's"},
+        {"friction loss", "none: an effect's, joints stick and slip exactly"},
+        {"joint limits", "none: an effect's"},
+        {"armature", "on the diagonal of the articulated inertia; 0 unless an effect says otherwise"},
+    };
     info.native_integrators = {"rk4", "semi_implicit_euler"};
     return info;
   }

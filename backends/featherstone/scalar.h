@@ -1,4 +1,5 @@
-// The scalar types that the kernels are written over: `double`, or a pack of doubles, one lane per parameter set.
+// The scalar types that the kernels are written over: `double`, a pack of doubles, one lane per parameter set, or
+// `long double` for references.
 //
 // Only operations named here are used by kernels, actuators and effects, so that one source serves both.
 // A pack is xsimd::batch<double, Arch>; its functions are found by argument-dependent lookup.
@@ -23,6 +24,13 @@ struct ScalarTraits<double> {
   static constexpr int lanes = 1;
 };
 
+/// Extended precision: no simulation of ours is that slow, but the references of compare/ and physics/truth.h are.
+template <>
+struct ScalarTraits<long double> {
+  using Mask = bool;
+  static constexpr int lanes = 1;
+};
+
 template <class T>
 using Mask = typename ScalarTraits<T>::Mask;
 template <class T>
@@ -41,6 +49,16 @@ inline double log(double a) { return std::log(a); }
 inline double tanh(double a) { return std::tanh(a); }
 inline double floor(double a) { return std::floor(a); }
 
+inline long double select(bool m, long double a, long double b) { return m ? a : b; }
+inline long double min(long double a, long double b) { return a < b ? a : b; }
+inline long double max(long double a, long double b) { return a > b ? a : b; }
+inline long double abs(long double a) { return std::fabs(a); }
+inline long double sqrt(long double a) { return std::sqrt(a); }
+inline long double exp(long double a) { return std::exp(a); }
+inline long double log(long double a) { return std::log(a); }
+inline long double tanh(long double a) { return std::tanh(a); }
+inline long double floor(long double a) { return std::floor(a); }
+
 /// One lane read or written. Packs are plain arrays of doubles in memory.
 template <class T>
 double lane(const T& value, int index) {
@@ -53,6 +71,8 @@ template <class T>
 void set_lane(T& value, int index, double to) {
   std::memcpy(reinterpret_cast<char*>(&value) + sizeof(double) * static_cast<std::size_t>(index), &to, sizeof to);
 }
+inline double lane(const long double& value, int) { return static_cast<double>(value); }
+inline void set_lane(long double& value, int, double to) { value = to; }
 
 /// Sign as -1, 0 or +1.
 template <class T>

@@ -82,5 +82,10 @@ inline void sincos(double x, double& s, double& c) {
     c = std::cos(x);
   }
 }
+/// Extended precision, by the C library.
+inline void sincos(long double x, long double& s, long double& c) {
+  s = std::sin(x);
+  c = std::cos(x);
+}
 
 }  // namespace lacuna

@@ -272,6 +272,14 @@ class MujocoEngine final : public Engine {
         {"inertials_in_place", true, "written into the compiled model, nothing is rebuilt"},
         {"gravity_in_place", true, "nothing is rebuilt"},
     };
+    info.own_models = {
+        {"joint damping", "effort -b v, implicit under the Euler integrator (M + h b); off: mjDSBL_PASSIVE, b = 0"},
+        {"friction loss",
+         "a constraint of bounded effort, softened by solref and solimp, so that a stuck joint creeps; off: "
+         "mjDSBL_FRICTIONLOSS"},
+        {"joint limits", "one-sided constraints, softened by solref and solimp; off: mjDSBL_LIMIT"},
+        {"armature", "added to the diagonal of M; 0 here"},
+    };
     for (const Integrator& integrator : integrators) info.native_integrators.emplace_back(integrator.name);
     return info;
   }

@@ -42,6 +42,8 @@ constexpr double oracle_step = 1e-2;  // s; any would do, see (2)
 // size, well under what ODE is asked for (1e-5).
 constexpr double least_inertia = 1e-8;
 
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
 // Beyond this ODE's arithmetic overflows; the answer is not a number then.
 constexpr double largest_input = 1e10;
 
@@ -140,12 +142,7 @@ class OdeDynamics final : public Dynamics {
       return;
     }
     place(q, rest_.data(), 0.0);
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const dReal* r = dBodyGetRotation(bodies_[i]);
-      poses[i].setIdentity();
-      poses[i].linear() << r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10];
-      poses[i].translation() = from_ode(dBodyGetPosition(bodies_[i])) - poses[i].linear() * inertials_[i].com;
-    }
+    for (std::size_t i = 0; i < bodies_.size(); ++i) poses[i] = frame_of(i);
   }
 
   Energy do_energy(const double* q, const double* v) override {
@@ -183,7 +180,45 @@ class OdeDynamics final : public Dynamics {
     }
   }
 
+  // As an ODE program runs it: bodies only, their joints kept by ERP alone.
+  std::optional<JointGap> do_native_joint_gap(const double* q, const double* v, double step, int steps,
+                                              double correction) override {
+    if (!usable(q, dof()) || !usable(v, dof())) return JointGap{nan, nan};
+    place(q, v, 0.0);
+    dWorldSetERP(world_->id(), correction);
+    for (int k = 0; k < steps; ++k) advance(false, step);
+    dWorldSetERP(world_->id(), 0.0);
+    JointGap worst;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const JointGap gap = gap_at(i);
+      worst.distance = std::max(worst.distance, gap.distance);
+      worst.angle = std::max(worst.angle, gap.angle);
+    }
+    return worst;
+  }
+
  private:
+  Eigen::Isometry3d frame_of(std::size_t body) const {
+    const dReal* r = dBodyGetRotation(bodies_[body]);
+    Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
+    frame.linear() << r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10];
+    frame.translation() = from_ode(dBodyGetPosition(bodies_[body])) - frame.linear() * inertials_[body].com;
+    return frame;
+  }
+
+  // Where the body is against where its joint lets it be.
+  JointGap gap_at(std::size_t i) const {
+    const Joint& joint = robot().joints()[i];
+    const Eigen::Isometry3d parent =
+        joint.parent < 0 ? Eigen::Isometry3d::Identity() : frame_of(static_cast<std::size_t>(joint.parent));
+    const Eigen::Isometry3d moved = (parent * joint.origin).inverse() * frame_of(i);
+    const Eigen::Vector3d off = moved.translation();
+    if (joint.prismatic())
+      return {(off - joint.axis * joint.axis.dot(off)).norm(), Eigen::AngleAxisd(moved.linear()).angle()};
+    const Eigen::Vector3d turned = moved.linear() * joint.axis;
+    return {off.norm(), std::atan2(turned.cross(joint.axis).norm(), turned.dot(joint.axis))};
+  }
+
   void add_body(int index) {
     const Joint& joint = robot().joints()[static_cast<std::size_t>(index)];
     const dBodyID body = dBodyCreate(world_->id());
@@ -322,6 +357,12 @@ class OdeEngine final : public Engine {
         {"inertials_in_place", true, "dBodySetMass, and the joints anchored anew"},
         {"gravity_in_place", true, "nothing is rebuilt"},
         {"point_masses", false, "a missing principal inertia is raised to 1e-8 of the body's own about its frame"},
+    };
+    info.own_models = {
+        {"joint damping", "none at joints; bodies lose a share of their speeds a step (dWorldSetDamping), 0 here"},
+        {"friction loss", "a motor of speed 0 and bounded effort, one more row of the LCP; none is set"},
+        {"joint limits", "stops as rows of the LCP with ERP, CFM and bounce; none is set"},
+        {"armature", "none"},
     };
     info.native_integrators = {"step", "quickstep"};
     return info;

@@ -337,6 +337,12 @@ class SimbodyEngine final : public Engine {
         {"rounded_inertias", false,
          "moments that a printed table rounded beyond the triangle inequality are raised to it"},
     };
+    info.own_models = {
+        {"joint damping", "a force element, -c u (Force::MobilityLinearDamper); none is made"},
+        {"friction loss", "none for joints; a user's own force element or constraint"},
+        {"joint limits", "a force element with stiffness and dissipation (Force::MobilityLinearStop); none is made"},
+        {"armature", "none"},
+    };
     for (const NativeIntegrator& integrator : integrators) info.native_integrators.emplace_back(integrator.name);
     return info;
   }

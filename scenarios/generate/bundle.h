@@ -28,8 +28,30 @@ std::shared_ptr<const Robot> pendulum();
 std::shared_ptr<const Robot> double_pendulum();
 std::shared_ptr<const Robot> cartpole();
 
+/// `links` uniform rods, 2 m long together, that hang in a row; joint axes in turn about y and x.
+std::shared_ptr<const Robot> chain(int links);
+/// The seed's arm whose last link carries a load off its axis, with principal axes askew.
+std::shared_ptr<const Robot> skew_arm();
+
+/// URDF text with a comment at its head.
+std::string commented_urdf(const Robot& robot, const std::string& comment);
+/// CSV of one of the excitations (steps, multisine, staircase, triangle, chirp) or of one step at all joints ("step") or a
+/// slow ramp ("ramp"), for joints numbered from 1: columns t and u_N.
+std::string command_table(const std::string& course, const std::vector<int>& joints, int samples = 2000);
+
+/// The arm's actuators: K N m/V, D N m s/rad, S N m/rad, rest rad (joint_7: N/V, N s/m, N/m, m).
+struct Source {
+  double gain, damping, stiffness, rest;
+};
+/// Where identification of the seven-function arm starts.
+const std::vector<Source>& start_sources();
+/// The scenario's `actuators` for joint_`first` and on.
+std::string actuators(const std::vector<Source>& sources, std::size_t first = 1);
+
 void add_robots(Files& files);
 void add_scenarios(Files& files);
 void add_commands(Files& files);
+/// scenarios/compare/: what `lacuna compare` runs.
+void add_comparison(Files& files);
 
 }  // namespace lacuna::generate

@@ -12,9 +12,8 @@ namespace lacuna::generate {
 namespace {
 
 constexpr double kPeriod = 0.01;  // s
-constexpr int kSamples = 2000;
-constexpr double kRest = 0.5;  // s
-constexpr double kPeak = 7.0;  // V
+constexpr double kRest = 0.5;     // s
+constexpr double kPeak = 7.0;     // V
 
 /// Command of joint `joint` (1 to 7) at time t; every joint gets its own course, so that all can move at once.
 using Course = std::function<double(double t, int joint)>;
@@ -65,30 +64,47 @@ double chirp(double t, int joint) {
   return 5.0 * std::min(1.0, s) * std::sin(2.0 * std::numbers::pi * turns);
 }
 
-std::string table(const std::vector<int>& joints, const Course& course) {
+/// All joints together, half a second after the start.
+double step(double, int joint) { return joint % 2 == 0 ? 4.0 : -3.0; }
+
+/// A fifth of a volt a second.
+double ramp(double t, int) { return 0.2 * (t - kRest); }
+
+struct NamedCourse {
+  const char* name;
+  Course course;
+};
+const std::vector<NamedCourse>& courses() {
+  static const std::vector<NamedCourse> all{
+      {"steps", &steps},       {"multisine", &multisine}, {"staircase", &staircase},
+      {"triangle", &triangle}, {"chirp", &chirp},         {"step", &step},
+      {"ramp", &ramp}};
+  return all;
+}
+
+}  // namespace
+
+std::string command_table(const std::string& name, const std::vector<int>& joints, int samples) {
+  const auto named = std::find_if(courses().begin(), courses().end(), [&](const auto& c) { return name == c.name; });
   std::string out = "t";
   for (const int joint : joints) out += fmt::format(",u_{}", joint);
   out += '\n';
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < samples; ++i) {
     const double t = i * kPeriod;
     out += fmt::format("{:.2f}", t);
     for (const int joint : joints)
-      out += fmt::format(",{:.3f}", t < kRest ? 0.0 : std::clamp(course(t, joint), -kPeak, kPeak) + 0.0);
+      out += fmt::format(",{:.3f}", t < kRest ? 0.0 : std::clamp(named->course(t, joint), -kPeak, kPeak) + 0.0);
     out += '\n';
   }
   return out;
 }
 
-}  // namespace
-
 void add_commands(Files& files) {
-  const std::vector<std::pair<std::string, Course>> courses{
-      {"steps", &steps}, {"multisine", &multisine}, {"staircase", &staircase}, {"triangle", &triangle}};
-  for (const auto& [name, course] : courses) {
-    files["hydrolek/commands_joint_2_" + name + ".csv"] = table({2}, course);
-    files["hydrolek/commands_all_" + name + ".csv"] = table({1, 2, 3, 4, 5, 6, 7}, course);
+  for (const std::string name : {"steps", "multisine", "staircase", "triangle"}) {
+    files["hydrolek/commands_joint_2_" + name + ".csv"] = command_table(name, {2});
+    files["hydrolek/commands_all_" + name + ".csv"] = command_table(name, {1, 2, 3, 4, 5, 6, 7});
   }
-  files["hydrolek/demo/commands_chirp.csv"] = table({1, 2, 3, 4, 5, 6, 7}, &chirp);
+  files["hydrolek/demo/commands_chirp.csv"] = command_table("chirp", {1, 2, 3, 4, 5, 6, 7});
 }
 
 }  // namespace lacuna::generate

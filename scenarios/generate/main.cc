@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
     lacuna::generate::add_robots(files);
     lacuna::generate::add_scenarios(files);
     lacuna::generate::add_commands(files);
+    lacuna::generate::add_comparison(files);
     int different = 0;
     for (const auto& [name, text] : files) {
       if (holds(folder / name, text)) continue;

@@ -120,15 +120,15 @@ Link rod(const std::string& name, int body, double mass, double length, double d
   return box_link(name, body, mass, {0.02, 0.02, length}, {0, 0, direction * length / 2}, rgba);
 }
 
-std::string with_comment(const Robot& robot, const std::string& comment) {
+}  // namespace
+
+std::string commented_urdf(const Robot& robot, const std::string& comment) {
   std::string text = to_urdf(robot);
   const std::string first = "<?xml version='1.0'?>\n";
   return text.insert(
       first.size(),
       "<!-- " + comment + "\n     Written by lacuna_generate_scenarios; change scenarios/generate/robots.cc. -->\n");
 }
-
-}  // namespace
 
 std::shared_ptr<const Robot> hydrolek() {
   constexpr double kJawMass = 0.6;
@@ -178,8 +178,37 @@ std::shared_ptr<const Robot> cartpole() {
   return std::make_shared<const Robot>("cartpole", std::move(joints), std::move(links), "cartpole");
 }
 
+std::shared_ptr<const Robot> chain(int links) {
+  const double length = 2.0 / links, width = 0.2 * length;
+  Link base;
+  base.name = "base";
+  std::vector<Joint> joints;
+  std::vector<Link> rods{base};
+  for (int i = 0; i < links; ++i) {
+    const Vector3d origin(0, 0, i == 0 ? 2.5 : -length), axis(i % 2, 1 - i % 2, 0);
+    joints.push_back(joint(fmt::format("joint_{}", i + 1), JointType::continuous, i, origin, axis));
+    rods.push_back(box_link(fmt::format("link_{}", i + 1), i, 4.0 / links, {width, width, length},
+                            {0, 0, -0.5 * length}, i % 2 == 0 ? kOrange : kGrey));
+  }
+  const std::string name = fmt::format("chain_{}", links);
+  return std::make_shared<const Robot>(name, std::move(joints), std::move(rods), name);
+}
+
+std::shared_ptr<const Robot> skew_arm() {
+  auto links = arm_links(kTable1Masses);
+  Link last = box_link("link_6", 5, kTable1Masses[5], {0.30, 0.06, 0.10}, {0.12, 0.04, -0.03}, kGrey);
+  const Eigen::Matrix3d askew =
+      (Eigen::AngleAxisd(0.6, Vector3d::UnitZ()) * Eigen::AngleAxisd(0.4, Vector3d::UnitY())).toRotationMatrix();
+  const Eigen::Matrix3d turned = askew * last.inertial.inertia * askew.transpose();
+  last.inertial.inertia = turned.unaryExpr(&rounded);
+  last.visuals.front().pose.linear() = askew;
+  links.push_back(last);
+  links.push_back(tool_link());
+  return std::make_shared<const Robot>("skew_arm", arm_joints(), std::move(links), "skew_arm");
+}
+
 void add_robots(Files& files) {
-  files["hydrolek/hydrolek.urdf"] = with_comment(
+  files["hydrolek/hydrolek.urdf"] = commented_urdf(
       *hydrolek(),
       "Seven-function hydraulic manipulator of the HydroLek HLK-7W class: six revolute joints and a gripper jaw.\n"
       "     Masses: Table 1 of the seed paper, the jaw's 0.6 kg taken out of link 6 (42.6 kg in all). Frames and "
@@ -187,16 +216,16 @@ void add_robots(Files& files) {
       "     plausible geometry (uniform boxes, link 4 a tube). SI units.");
   const std::string seed = "The seed paper's six-joint arm, the gripper part of link 6. Masses: ";
   files["hydrolek/seed_start.urdf"] =
-      with_comment(*seed_arm("seed_start", kInitialMasses), seed + "its row \"Init.\", where identification starts.");
+      commented_urdf(*seed_arm("seed_start", kInitialMasses), seed + "its row \"Init.\", where identification starts.");
   files["hydrolek/seed_table1.urdf"] =
-      with_comment(*seed_arm("seed_table1", kTable1Masses), seed + "its Table 1 (42.6 kg in all).");
+      commented_urdf(*seed_arm("seed_table1", kTable1Masses), seed + "its Table 1 (42.6 kg in all).");
   files["hydrolek/seed_table5.urdf"] =
-      with_comment(*seed_arm("seed_table5", kTable5Masses), seed + "its Table 5 (45.66 kg in all).");
+      commented_urdf(*seed_arm("seed_table5", kTable5Masses), seed + "its Table 5 (45.66 kg in all).");
   files["pendulum/pendulum.urdf"] =
-      with_comment(*pendulum(), "A uniform rod of 1 kg and 1 m that hangs from a pivot; q = 0 hangs straight down.");
-  files["double_pendulum/double_pendulum.urdf"] = with_comment(
+      commented_urdf(*pendulum(), "A uniform rod of 1 kg and 1 m that hangs from a pivot; q = 0 hangs straight down.");
+  files["double_pendulum/double_pendulum.urdf"] = commented_urdf(
       *double_pendulum(), "Two uniform rods, 1.5 kg and 1 m, 0.8 kg and 0.7 m; q = 0 hangs straight down.");
-  files["cartpole/cartpole.urdf"] = with_comment(
+  files["cartpole/cartpole.urdf"] = commented_urdf(
       *cartpole(), "A cart of 1.2 kg on a rail with a uniform rod of 0.3 kg and 0.6 m; q = 0 stands upright.");
 }
 

@@ -8,21 +8,8 @@
 #include "scenarios/text.h"
 
 namespace lacuna::generate {
-namespace {
 
-const char* const kWritten = "# Written by lacuna_generate_scenarios; change scenarios/generate/scenarios.cc.\n";
-
-std::string head(const std::string& name, const std::string& robot) {
-  return fmt::format("{}format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [0.0, 0.0, -9.81]\n", kWritten, name,
-                     robot);
-}
-
-/// The arm's actuators: K N m/V, D N m s/rad, S N m/rad, rest rad (joint_7: N/V, N s/m, N/m, m).
-struct Source {
-  double gain, damping, stiffness, rest;
-};
-
-std::string actuators(const std::vector<Source>& sources, std::size_t first = 1) {
+std::string actuators(const std::vector<Source>& sources, std::size_t first) {
   std::string out =
       "actuators:                     # torque = gain*command - damping*velocity - stiffness*(position - rest)\n";
   for (std::size_t i = 0; i < sources.size(); ++i)
@@ -30,6 +17,22 @@ std::string actuators(const std::vector<Source>& sources, std::size_t first = 1)
                        i + first, format_number(sources[i].gain), format_number(sources[i].damping),
                        format_number(sources[i].stiffness), format_number(sources[i].rest));
   return out;
+}
+
+const std::vector<Source>& start_sources() {
+  static const std::vector<Source> sources{{120, 220, 2000, 0}, {200, 231.8, 3060, 0.4}, {70, 70, 900, -0.8},
+                                           {4, 3, 40, 0.3},     {9, 8, 90, 0.3},         {1.2, 0.5, 10, 0},
+                                           {20, 60, 2000, 0.05}};
+  return sources;
+}
+
+namespace {
+
+const char* const kWritten = "# Written by lacuna_generate_scenarios; change scenarios/generate/scenarios.cc.\n";
+
+std::string head(const std::string& name, const std::string& robot) {
+  return fmt::format("{}format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [0.0, 0.0, -9.81]\n", kWritten, name,
+                     robot);
 }
 
 std::string columns(const char* kind, const char* prefix, int from, int to, const char* comment) {
@@ -84,10 +87,6 @@ void add_joint_2(Files& files, const std::string& table, const Source& truth) {
       joint_2_actuator(truth) + joint_2_channels();
 }
 
-/// Where identification of the seven-function arm starts.
-const std::vector<Source> kStart{{120, 220, 2000, 0}, {200, 231.8, 3060, 0.4}, {70, 70, 900, -0.8}, {4, 3, 40, 0.3},
-                                 {9, 8, 90, 0.3},     {1.2, 0.5, 10, 0},       {20, 60, 2000, 0.05}};
-
 const char* const kIdentifyAll =
     "identify:                      # start values are the ones above and in the URDF\n"
     "  gain:      {relative_bounds: [0.25, 4.0]}\n"
@@ -105,7 +104,7 @@ void add_all_joints(Files& files) {
   text +=
       "sample_period: 0.01            # s\ntotal_mass: 42.6               # kg, known; individual link masses are "
       "not\n";
-  text += actuators(kStart) + kIdentifyAll;
+  text += actuators(start_sources()) + kIdentifyAll;
   text += all_joints_channels();
   text += recordings(
       "all_joints",
@@ -154,7 +153,7 @@ void add_demo(Files& files) {
   constexpr std::uint64_t kSeed = 1;
   RandomStream stream(kSeed, 0, 0);
   std::vector<Source> truth;
-  for (const Source& s : kStart)
+  for (const Source& s : start_sources())
     truth.push_back({drawn(stream, s.gain), drawn(stream, s.damping), drawn(stream, s.stiffness), s.rest});
   const auto robot = hydrolek();
 
@@ -163,7 +162,7 @@ void add_demo(Files& files) {
       head("demo", "../hydrolek.urdf") +
       "sample_period: 0.01            # s\ntotal_mass: 42.6               # kg, known; individual link masses are "
       "not\n" +
-      actuators(kStart) + kIdentifyAll + all_joints_channels() +
+      actuators(start_sources()) + kIdentifyAll + all_joints_channels() +
       "noise:                         # rms\n"
       "  position: {joint_1: 0.0003, joint_2: 0.0003, joint_3: 0.0003, joint_4: 0.0003, joint_5: 0.0003, joint_6: "
       "0.0003, "

@@ -16,7 +16,7 @@ TEST(Usage, HelpAndVersionAreNoFailures) {
   EXPECT_EQ(help.code, 0);
   EXPECT_EQ(help.err, "");
   for (const char* command :
-       {"engines", "effects", "simulate", "identify", "diagnose", "conceal", "blind", "render", "export"}) {
+       {"engines", "effects", "simulate", "compare", "identify", "diagnose", "conceal", "blind", "render", "export"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome of_command = lacuna({command, "--help"});
     EXPECT_EQ(of_command.code, 0);

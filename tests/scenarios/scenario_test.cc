@@ -409,6 +409,22 @@ TEST(SaveScenario, KeepsEveryPredictionAndNoOptionalSection) {
   EXPECT_TRUE(again.actuators.empty());
 }
 
+TEST(SaveScenario, KeepsTheMotion) {
+  const ScenarioFolder folder(
+      "format: lacuna-scenario/1\nname: moved\nrobot: two.urdf\nchannels: {time: t, command: {a: u}}\nmotion: "
+      "{duration: 2.5, position: {a: 0.3}, velocity: {a: -1}, commands: u.csv, pickup: {mass: 4, time: "
+      "1}}\n");
+  save_scenario(load_scenario(folder.file), folder.path() / "again.yaml");
+  const Scenario again = load_scenario(folder.path() / "again.yaml");
+  ASSERT_TRUE(again.motion);
+  EXPECT_EQ(again.motion->duration, 2.5);
+  EXPECT_EQ(again.motion->position.at("a"), 0.3);
+  EXPECT_EQ(again.motion->velocity.at("a"), -1.0);
+  EXPECT_EQ(again.motion->commands, "u.csv");
+  EXPECT_EQ(again.motion->pickup_mass, 4.0);
+  EXPECT_EQ(again.motion->pickup_time, 1.0);
+}
+
 TEST(SaveScenario, SaysWhenItCannotWrite) {
   const ScenarioFolder folder;
   const Scenario original = load_scenario(folder.file);
