@@ -11,7 +11,7 @@ endif()
 # The headers are C++20 and need Eigen; everything else stays inside the library.
 target_compile_features(lacuna INTERFACE cxx_std_20)
 install(TARGETS lacuna EXPORT lacunaTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-foreach(room scenarios backends physics ga diagnosis reports render)
+foreach(room scenarios backends physics ga study diagnosis reports render)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
   # Headers over a library other than Eigen, and those of the generator, are ours alone.
   list(FILTER headers EXCLUDE REGEX "^backends/(mujoco|simbody|ode)/|^physics/lanes\\.h$|^scenarios/generate/")
