@@ -15,15 +15,17 @@ std::string lead_sentence(std::span<const Study> studies) {
   int holds = 0, fails = 0, open = 0;
   for (const Study& study : studies) {
     for (const Conclusion& c : study.conclusions) {
+      if (c.source == kBeyondThePaper) continue;
       holds += c.verdict == Judgement::holds;
       fails += c.verdict == Judgement::does_not_hold;
       open += c.verdict == Judgement::cannot_be_told;
     }
   }
   const int all = holds + fails + open;
-  if (all == 0) return fmt::format("{} studied.", studies.front().scenario);
-  std::string out = fmt::format("Of {} judgements on the paper's claims {} hold, {} do not, {} cannot be told.", all,
-                                holds, fails, open);
+  std::string out = all == 0
+                        ? fmt::format("{} studied.", studies.front().scenario)
+                        : fmt::format("Of {} judgements on the paper's claims {} hold, {} do not, {} cannot be told.",
+                                      all, holds, fails, open);
   for (const Study& study : studies) {
     if (!study.rivals.methods.empty()) return out + " " + study.rivals.reason;
   }

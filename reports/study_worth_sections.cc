@@ -10,7 +10,20 @@
 namespace lacuna {
 namespace {
 
-std::string shown(const Excitation& e) { return e.assumption.empty() ? e.name : e.name + ", " + e.assumption; }
+/// The recording without its folders.
+std::string shown(const Excitation& e) {
+  const std::string name = e.name.substr(e.name.rfind('/') + 1);
+  return e.assumption.empty() ? name : fmt::format("{}, {}", name, e.assumption);
+}
+
+/// All excitations as they are, and the first one with what is assumed beyond: the others differ from it alike.
+std::vector<Excitation> chosen(std::span<const Excitation> excitations) {
+  std::vector<Excitation> out;
+  for (const Excitation& e : excitations) {
+    if (e.assumption.empty() || e.name == excitations.front().name) out.push_back(e);
+  }
+  return out;
+}
 
 /// Standard error over size from which on a number would say nothing.
 constexpr double kUndetermined = 10.0;
@@ -52,7 +65,7 @@ Html ellipse_plot(std::span<const Excitation> excitations, std::size_t index) {
     plot.x_unit = l.x_unit;
     plot.y_label = l.y_name;
     plot.y_unit = l.y_unit;
-    plot.curves.push_back({e.name, l.boundary_x, l.boundary_y, kInks[drawn++], 1.6, false});
+    plot.curves.push_back({shown(e), l.boundary_x, l.boundary_y, kInks[drawn++], 1.6, false});
   }
   if (plot.curves.empty()) return {};
   plot.description = "95 % confidence regions, one an excitation.";
@@ -120,7 +133,7 @@ Html excitation_section(std::span<const Excitation> excitations) {
       "start "
       "values) and the recordings' noise. A direction counts as determined when its standard error is below its own "
       "size.");
-  out += knowledge_table(excitations);
+  out += knowledge_table(chosen(excitations));
   Html plots;
   for (std::size_t k = 0; k < 3; ++k) plots += ellipse_plot(excitations, k);
   out += element("div", plots, "pair");
@@ -191,11 +204,13 @@ Html recovery_section(const Study& study) {
                text(p.unit), text(fmt::format("{} of {}", held, p.value.size())),
                text(fmt::format("{} of {}", named, p.value.size()))});
   }
-  return paragraph(fmt::format(
-             "The genetic algorithm, finished by least squares: of the parameters that it calls determined, "
-             "{} of {} intervals hold the truth.",
-             r.held, r.asked)) +
-         table.html() +
+  const std::string words =
+      r.asked == 0 ? "The genetic algorithm, finished by least squares, calls no parameter determined."
+                   : fmt::format(
+                         "The genetic algorithm, finished by least squares: of the parameters that it calls "
+                         "determined, {} of {} intervals hold the truth.",
+                         r.held, r.asked);
+  return paragraph(words) + table.html() +
          paragraph("All seeds see the same recordings, so their intervals miss together or not at all.", "muted small");
 }
 

@@ -25,6 +25,7 @@ struct Conclusion {
 };
 
 inline constexpr double kSignificance = 0.05;
+inline constexpr const char* kBeyondThePaper = "beyond the paper";  ///< source of judgements on what it does not claim
 
 /// Judgement of "`better` ends lower than `worse`".
 Judgement compare_runs(std::span<const double> better, std::span<const double> worse);

@@ -1,10 +1,11 @@
 // Bad data and bad bounds: what each method still finds, judged against the noise-free motion of the true plant.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "study/runner.h"
+#include "study/conclusions.h"
 
 namespace lacuna {
 
@@ -35,6 +36,9 @@ struct RobustnessRecord {
   std::string data;                   ///< in words: what made the data
   bool planted = false;               ///< the truth is unknown: the data come from the best fit of the plan
 };
+
+/// Under 5 % outliers: does the infinity norm leave a larger error of the motion than the two-norm? Nothing without cells.
+std::optional<Conclusion> judge_outliers(const RobustnessRecord& record, const std::string& unit);
 
 /// Data made by another engine and the integrator of physics/truth.h, noise and faults drawn anew for every seed.
 class Robustness {

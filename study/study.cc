@@ -119,6 +119,7 @@ Study run_study(const Scenario& scenario, const Scenario* truth, const StudyOpti
     out.identifiability = assess_all(scenario.total_mass ? make_trial(free, truth) : trial);
   }
   out.conclusions = judge(out.grid, out.output_unit, out.parameters.size());
+  if (const auto outliers = judge_outliers(out.robustness, out.output_unit)) out.conclusions.push_back(*outliers);
   std::tie(out.evaluations, out.run_seconds) = runner.spent();
   return out;
 }

@@ -50,6 +50,26 @@ TEST(Robustness, OutliersMisleadTheInfinityNormMoreThanTheOneNorm) {
   EXPECT_GT(rms_of(record, "outliers_5", Searcher::ga_norm_inf), rms_of(record, "outliers_5", Searcher::ga_norm_1));
 }
 
+TEST(Robustness, NormsAreJudgedByTheirRunsUnderOutliers) {
+  RobustnessRecord record;
+  EXPECT_FALSE(judge_outliers(record, "deg"));
+  for (const Searcher searcher : all_searchers()) {
+    RobustnessCell cell{robustness_conditions()[5], searcher, {}};
+    for (int k = 0; k < 6; ++k) {
+      SearchRun run;
+      run.errors.output_rms = (searcher == Searcher::ga_norm_inf ? 2.0 : 1.0) + 0.01 * k;
+      cell.runs.push_back(run);
+    }
+    record.cells.push_back(cell);
+  }
+  ASSERT_EQ(record.cells.front().condition.name, "outliers_5");
+  EXPECT_EQ(judge_outliers(record, "deg")->verdict, Judgement::holds);
+  for (RobustnessCell& cell : record.cells) {
+    if (cell.searcher == Searcher::ga_norm_2) cell.runs = record.cells.front().runs;
+  }
+  EXPECT_EQ(judge_outliers(record, "deg")->verdict, Judgement::cannot_be_told);
+}
+
 TEST(Robustness, WithoutATruthThePlantIsTheBestFit) {
   const Trial trial = make_trial(swinging(), nullptr);
   Runner runner({});
