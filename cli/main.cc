@@ -20,8 +20,8 @@
 namespace lacuna {
 
 // The subcommands, one file each, in the order of the help.
-AddCommand add_engines, add_effects, add_simulate, add_compare, add_identify, add_diagnose, add_conceal, add_blind,
-    add_render, add_export;
+AddCommand add_engines, add_effects, add_simulate, add_compare, add_identify, add_study, add_excite, add_diagnose,
+    add_conceal, add_blind, add_render, add_export;
 
 namespace {
 
@@ -31,6 +31,8 @@ constexpr AddCommand* kCommands[] = {
     add_simulate,  //
     add_compare,   //
     add_identify,  //
+    add_study,     //
+    add_excite,    //
     add_diagnose,  //
     add_conceal,   //
     add_blind,     //

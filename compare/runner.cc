@@ -68,6 +68,7 @@ class NativeRun {
     q_ = segment.q0;
     v_ = segment.v0;
     t_ = segment.time(0);
+    session_ = segment.session;
     fetch_commands(segment);
     plant_.initial_states(q_.data(), v_.data(), u_.data(), z_.data());
     plant_.begin_memories(instant(0.0), q_.data(), v_.data(), u_.data(), memory_.data());
@@ -88,9 +89,7 @@ class NativeRun {
 
  private:
   Instant<double> instant(double since) const {
-    double flow = 0.0;
-    for (const double v : v_) flow += std::fabs(v);
-    return {t_, since, flow};
+    return {session_ + t_, since, v_.data()};
   }
 
   /// The last command that has arrived; before the track's start the first one holds.
@@ -128,6 +127,7 @@ class NativeRun {
   EnginePlant& plant_;
   std::string integrator_;
   std::size_t n_;
+  double session_ = 0.0;  ///< s, from the session's start to the recording's
   double t_ = 0.0;
   std::vector<double> q_, v_, u_, tau_, z_, z_rate_, memory_;
 };

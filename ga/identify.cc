@@ -42,24 +42,6 @@ OptimizerResult search_population(Problem& problem, const IdentifyOptions& optio
   }
 }
 
-/// "0.81 joint_2.gain + 0.57 joint_2.damping": the members that matter, each scaled by its own size.
-std::string in_words(const Identifiability::Direction& direction, const PlantModel& model, const SearchSpace& space) {
-  std::vector<std::size_t> order(direction.weights.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::fabs(direction.weights[a]) > std::fabs(direction.weights[b]);
-  });
-  std::string text;
-  for (std::size_t k = 0; k < std::min<std::size_t>(order.size(), 5); ++k) {
-    const double weight = direction.weights[order[k]];
-    if (std::fabs(weight) < 0.15) break;
-    const auto& parameter = model.parameters()[static_cast<std::size_t>(space.axes()[order[k]].parameter)];
-    text += fmt::format("{}{:.2f} {}", text.empty() ? (weight < 0 ? "-" : "") : (weight < 0 ? " - " : " + "),
-                        std::fabs(weight), parameter.name);
-  }
-  return text;
-}
-
 Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double error, double relative_error) {
   const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
   double low = x - kTwoSided95 * error, high = x + kTwoSided95 * error, value = x;
@@ -97,6 +79,21 @@ Optimizer optimizer_from_name(const std::string& name) {
     known += (known.empty() ? "" : ", ") + std::string(text);
   }
   throw InputError("--optimizer", quoted(name), "one of " + known);
+}
+
+std::string combination_in_words(const std::vector<double>& weights, const std::vector<std::string>& names) {
+  std::vector<std::size_t> order(weights.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return std::fabs(weights[a]) > std::fabs(weights[b]); });
+  std::string text;
+  for (std::size_t k = 0; k < std::min<std::size_t>(order.size(), 5); ++k) {
+    const double weight = weights[order[k]];
+    if (std::fabs(weight) < 0.15) break;
+    text += fmt::format("{}{:.2f} {}", text.empty() ? (weight < 0 ? "-" : "") : (weight < 0 ? " - " : " + "),
+                        std::fabs(weight), names[order[k]]);
+  }
+  return text;
 }
 
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role) {
@@ -145,7 +142,7 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   }
   fit.undetermined.clear();
   for (const auto& direction : fit.identifiability.undetermined) {
-    fit.undetermined.push_back(in_words(direction, model, space));
+    fit.undetermined.push_back(combination_in_words(direction.weights, space.box(model).names));
   }
   if (space.dependent() < 0) return;
   // The dependent mass is the total less the others: the variance of their sum.

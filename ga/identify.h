@@ -64,6 +64,9 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
 void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, std::span<const int> segments,
                   FitResult& fit);
 
+/// "0.81 joint_2.gain + 0.57 joint_2.damping": the members of a unit vector over named coordinates that matter.
+std::string combination_in_words(const std::vector<double>& weights, const std::vector<std::string>& names);
+
 /// rms of the residual per joint over the segments of one role.
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role);
 

@@ -231,19 +231,27 @@ double effective_samples(const Eigen::VectorXd& residual, std::span<const Residu
   return std::max(total, 1.0);
 }
 
+double coordinate_size(double value, double lower, double upper) {
+  const double size = std::fabs(value), range = upper - lower;
+  return size > 1e-3 * range || !std::isfinite(range) ? std::max(size, 1e-12) : range;
+}
+
 Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
                                 const Eigen::MatrixXd& jacobian, double variance, double samples_share) {
+  Eigen::VectorXd sizes(jacobian.cols());
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    const Axis& axis = space.axes()[a];
+    sizes(static_cast<Eigen::Index>(a)) = coordinate_size(point[a], axis.lower, axis.upper);
+  }
+  return identifiability(sizes, jacobian, variance, samples_share);
+}
+
+Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::MatrixXd& jacobian, double variance,
+                                double samples_share) {
   Identifiability out;
   const Eigen::Index n = jacobian.cols();
   if (n == 0) return out;
-  Eigen::VectorXd size(n);
-  for (Eigen::Index a = 0; a < n; ++a) {
-    const Axis& axis = space.axes()[static_cast<std::size_t>(a)];
-    const double value = std::fabs(point[static_cast<std::size_t>(a)]);
-    const double range = axis.upper - axis.lower;
-    size(a) = value > 1e-3 * range || !std::isfinite(range) ? std::max(value, 1e-12) : range;
-  }
-  const Eigen::MatrixXd scaled = jacobian * size.asDiagonal();
+  const Eigen::MatrixXd scaled = jacobian * sizes.asDiagonal();
   // The normal matrix has the singular values squared; sizes are scaled, so double precision resolves what matters.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled.transpose() * scaled);
   const double scale = variance / std::max(samples_share, 1e-12);
@@ -262,7 +270,7 @@ Identifiability identifiability(const SearchSpace& space, const std::vector<doub
   }
   out.condition = std::sqrt(largest / std::max(eigen.eigenvalues().minCoeff(), 1e-15 * largest));
   for (Eigen::Index a = 0; a < n; ++a) out.relative_error.push_back(std::sqrt(covariance(a, a)));
-  out.covariance = size.asDiagonal() * covariance * size.asDiagonal();
+  out.covariance = sizes.asDiagonal() * covariance * sizes.asDiagonal();
   return out;
 }
 

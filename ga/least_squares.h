@@ -51,5 +51,10 @@ struct Identifiability {
 /// the samples: together they scale the covariance.
 Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
                                 const Eigen::MatrixXd& jacobian, double variance, double samples_share);
+/// The same with the sizes of the coordinates given: `sizes`, one per column, above 0.
+Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::MatrixXd& jacobian, double variance,
+                                double samples_share);
+/// What a coordinate's relative error is counted in: its value, or where that is near zero the width of its bounds.
+double coordinate_size(double value, double lower, double upper);
 
 }  // namespace lacuna

@@ -1,0 +1,115 @@
+#include "study/grid.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/study/problems.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+constexpr GridPlan kSmall{2, 1, 14, 3};
+
+GridRecord small_grid(const Trial& trial, int threads) {
+  RunnerOptions options;
+  options.threads = threads;
+  Runner runner(options);
+  plan_grid(trial, kSmall, nullptr, runner);
+  runner.execute();
+  return summarise_grid(trial, kSmall, runner);
+}
+
+TEST(Grid, ChangesOneThingAtATimeAndCoversEveryChoice) {
+  const GridRecord grid = small_grid(pendulum_trial(), 1);
+  std::set<std::string> groups;
+  for (const SettingRecord& s : grid.settings) {
+    groups.insert(s.group);
+    EXPECT_EQ(s.runs.size(), 2u) << s.key;
+    const GeneticOptions base = grid.settings.front().genetic;
+    const int changed = (s.genetic.coding != base.coding) + (s.genetic.crossover != base.crossover) +
+                        (s.genetic.cut_points != base.cut_points) + (s.genetic.crossover_rate != base.crossover_rate) +
+                        (s.genetic.mutation != base.mutation) + (s.genetic.mutation_rate != base.mutation_rate) +
+                        (s.genetic.selection != base.selection) + (s.fitness != Fitness::norm_inf) +
+                        (s.genetic.population != base.population);
+    EXPECT_EQ(changed, s.key == "final" ? 0 : 1) << s.key;
+  }
+  EXPECT_EQ(groups, (std::set<std::string>{"coding", "crossover", "crossover_rate", "final", "fitness", "mutation",
+                                           "mutation_rate", "population", "selection"}));
+  for (const char* key :
+       {"fitness.norm_1", "fitness.norm_1_relative", "fitness.norm_2", "fitness.norm_2_relative",
+        "fitness.norm_inf_relative", "selection.roulette_literal", "selection.tournament", "selection.rank"})
+    EXPECT_NE(grid.find(key), nullptr) << key;
+}
+
+TEST(Grid, FitnessPairsOfOneNormRankAlike) {
+  const GridRecord grid = small_grid(pendulum_trial(), 1);
+  ASSERT_EQ(grid.rankings.size(), 3u);
+  for (const RankingCheck& r : grid.rankings) {
+    EXPECT_EQ(r.discordant, 0) << r.norm;
+    EXPECT_GT(r.points, 100);
+    EXPECT_EQ(r.runs, 2);
+  }
+}
+
+TEST(Grid, GivesTheSameBitsOnOneAndOnThreeThreads) {
+  const Trial trial = pendulum_trial();
+  const GridRecord a = small_grid(trial, 1), b = small_grid(trial, 3);
+  for (std::size_t s = 0; s < a.settings.size(); ++s) {
+    for (std::size_t k = 0; k < a.settings[s].runs.size(); ++k) {
+      EXPECT_TRUE(same_bits(a.settings[s].runs[k].point, b.settings[s].runs[k].point)) << a.settings[s].key;
+      EXPECT_EQ(a.settings[s].runs[k].cost, b.settings[s].runs[k].cost);
+    }
+  }
+}
+
+TEST(Grid, CurvesFallAndEndAtTheFinalCost) {
+  const GridRecord grid = small_grid(pendulum_trial(), 1);
+  const SettingRecord& final = grid.settings.front();
+  const std::vector<Quartiles> curve = final.curve();
+  ASSERT_EQ(curve.size(), 3u);
+  for (std::size_t g = 1; g < curve.size(); ++g) EXPECT_LE(curve[g].median, curve[g - 1].median);
+  EXPECT_EQ(curve.back().median, quartiles_of(final.each(final_cost)).median);
+}
+
+TEST(Grid, CostsAreInTheOutputsOwnUnit) {
+  const Trial trial = pendulum_trial();
+  const GridRecord grid = small_grid(trial, 1);
+  for (const SearchRun& run : grid.settings.front().runs)
+    EXPECT_NEAR(run.cost, run.errors.output_largest, 1e-9 * run.cost);
+}
+
+TEST(Grid, OutputTraceKnowsItsTurningPoints) {
+  const GridRecord grid = small_grid(pendulum_trial(), 1);
+  EXPECT_EQ(grid.output.unit, "deg");
+  EXPECT_EQ(grid.output.measured.size(), grid.output.simulated.size());
+  EXPECT_GT(grid.output.peaks, 3);
+  EXPECT_GE(grid.output.overshot, 0.0);
+  EXPECT_LE(grid.output.overshot, 1.0);
+}
+
+TEST(Grid, ConvergenceIsWhere99PercentOfTheImprovementIsReached) {
+  SearchRun run;
+  run.curve = {{1, 100.0}, {2, 50.0}, {3, 1.5}, {4, 0.9}, {5, 0.0}};
+  EXPECT_EQ(convergence_generation(run), 4.0);
+}
+
+TEST(Engines, EveryEngineBuiltInRunsTheFinalSetting) {
+  const Trial trial = pendulum_trial();
+  Runner runner({});
+  plan_engines(trial, kSmall, nullptr, runner);
+  runner.execute();
+  const std::vector<EngineRecord> records = summarise_engines(trial, kSmall, runner);
+  ASSERT_EQ(records.size(), engines().size());
+  for (const EngineRecord& record : records) {
+    EXPECT_EQ(record.setting.runs.empty(), !record.reason.empty());
+    if (record.setting.runs.empty() || record.engine == "ode") continue;
+    // One plant, one seed: engines may only differ by rounding.
+    EXPECT_NEAR(record.setting.runs.front().cost, records.front().setting.runs.front().cost, 1e-6) << record.engine;
+  }
+}
+
+}  // namespace
+}  // namespace lacuna

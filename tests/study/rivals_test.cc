@@ -1,0 +1,99 @@
+#include "study/rivals.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/study/problems.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+constexpr RivalsPlan kSmall{2, 1, 14, 420, 3};
+
+struct Raced {
+  RivalsRecord rivals;
+  RecoveryRecord recovery;
+};
+Raced raced(const Trial& trial, int threads = 1) {
+  RunnerOptions options;
+  options.threads = threads;
+  Runner runner(options);
+  plan_rivals(trial, kSmall, nullptr, runner);
+  plan_recovery(trial, kSmall, nullptr, runner);
+  runner.execute();
+  return {summarise_rivals(trial, kSmall, runner), summarise_recovery(trial, kSmall, runner)};
+}
+
+TEST(Rivals, EveryMethodKeepsToTheBudgetAndItsCurveFalls) {
+  const RivalsRecord record = raced(pendulum_trial()).rivals;
+  ASSERT_EQ(record.methods.size(), all_methods().size());
+  for (const MethodRecord& m : record.methods) {
+    SCOPED_TRACE(to_string(m.method));
+    for (const SearchRun& run : m.runs) {
+      // The last start or generation may overshoot by itself; nothing beyond the budget counts.
+      EXPECT_LE(run.evaluations, kSmall.evaluations + 600);
+      for (std::size_t k = 1; k < run.curve.size(); ++k) {
+        EXPECT_LE(run.curve[k].best, run.curve[k - 1].best);
+        EXPECT_GE(run.curve[k].evaluations, run.curve[k - 1].evaluations);
+      }
+      EXPECT_EQ(run.curve.back().best, run.cost);
+    }
+    for (const auto& level : m.reached) {
+      for (const double at : level) EXPECT_TRUE(std::isinf(at) || at <= kSmall.evaluations);
+    }
+    EXPECT_LE(m.success[0], m.success[2]);
+  }
+}
+
+TEST(Rivals, TheRecommendationFollowsFromTheRuns) {
+  const RivalsRecord record = raced(pendulum_trial()).rivals;
+  ASSERT_GE(record.recommended, 0);
+  const MethodRecord& best = record.methods[static_cast<std::size_t>(record.recommended)];
+  for (const MethodRecord& m : record.methods) {
+    EXPECT_GE(best.success[0], m.success[0]);
+    if (m.success[0] != best.success[0]) continue;
+    EXPECT_LE(quartiles_of(best.reached[0]).median, quartiles_of(m.reached[0]).median) << to_string(m.method);
+  }
+  EXPECT_NE(record.reason.find(title_of(best.method)), std::string::npos);
+}
+
+TEST(Rivals, LeastSquaresFromManyStartsReachTheNoise) {
+  const RivalsRecord record = raced(pendulum_trial()).rivals;
+  for (const MethodRecord& m : record.methods) {
+    if (m.method != Method::multi_start) continue;
+    EXPECT_EQ(m.success[0], 1.0);
+  }
+}
+
+TEST(Rivals, GiveTheSameBitsOnOneAndOnThreeThreads) {
+  const Trial trial = pendulum_trial();
+  const RivalsRecord a = raced(trial, 1).rivals, b = raced(trial, 3).rivals;
+  for (std::size_t m = 0; m < a.methods.size(); ++m)
+    for (std::size_t k = 0; k < a.methods[m].runs.size(); ++k)
+      EXPECT_TRUE(same_bits(a.methods[m].runs[k].point, b.methods[m].runs[k].point)) << to_string(a.methods[m].method);
+}
+
+TEST(Recovery, CountsTheIntervalsThatHoldThePlantedTruth) {
+  const RecoveryRecord record = raced(pendulum_trial()).recovery;
+  ASSERT_EQ(record.parameters.size(), 3u);
+  EXPECT_EQ(record.asked, 6) << "all three are determined, in both runs";
+  int held = 0;
+  for (const Recovered& r : record.parameters) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      held += r.lower95[k] <= r.truth && r.truth <= r.upper95[k];
+      // Five standard errors: two make the half interval.
+      EXPECT_NEAR(r.value[k], r.truth, 2.5 * 0.5 * (r.upper95[k] - r.lower95[k])) << r.name;
+    }
+  }
+  EXPECT_EQ(record.held, held);
+}
+
+TEST(Recovery, WithoutATruthThereIsNone) {
+  EXPECT_TRUE(raced(make_trial(swinging(), nullptr)).recovery.parameters.empty());
+}
+
+}  // namespace
+}  // namespace lacuna

@@ -1,0 +1,103 @@
+#include "study/runner.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "scenarios/error.h"
+#include "tests/scenarios/support.h"
+
+namespace lacuna {
+namespace {
+
+SearchRun run_of(double value) {
+  SearchRun run;
+  run.point = {value, 1.0 / 3.0};
+  run.cost = value / 7.0;
+  run.evaluations = 10;
+  run.curve = {{5, std::numeric_limits<double>::infinity()}, {10, value / 7.0}};
+  run.errors = {0.1, 0.2, std::nan(""), 1e-300};
+  return run;
+}
+
+TEST(Runner, CarriesOutEveryRunOnceOnAnyNumberOfThreads) {
+  for (const int threads : {1, 3}) {
+    RunnerOptions options;
+    options.threads = threads;
+    double last = -1.0;
+    options.progress = [&](const Progress& p) {
+      EXPECT_GE(p.done, last);
+      last = p.done;
+    };
+    Runner runner(options);
+    std::atomic<int> calls{0};
+    for (int k = 0; k < 20; ++k)
+      runner.add("run" + std::to_string(k), 1.0 + k, [&calls, k] {
+        ++calls;
+        return run_of(k);
+      });
+    runner.execute();
+    EXPECT_EQ(calls, 20);
+    EXPECT_EQ(last, 1.0);
+    for (int k = 0; k < 20; ++k) EXPECT_EQ(runner.at("run" + std::to_string(k)).cost, k / 7.0);
+    EXPECT_EQ(runner.spent().first, 200);
+  }
+}
+
+TEST(Runner, RefusesTwoRunsOfOneName) {
+  Runner runner({});
+  runner.add("a", 1.0, [] { return run_of(1.0); });
+  EXPECT_THROW(runner.add("a", 1.0, [] { return run_of(1.0); }), std::logic_error);
+  EXPECT_THROW(runner.at("b"), std::logic_error);
+}
+
+TEST(Runner, TakesUpWhereItWasStoppedWithTheSameBits) {
+  const test::TemporaryFolder folder;
+  RunnerOptions options;
+  options.checkpoint = folder.path() / "runs.jsonl";
+  options.problem = "one";
+  {
+    Runner runner(options);
+    runner.add("done", 1.0, [] { return run_of(0.1); });
+    runner.add("fails", 1.0, []() -> SearchRun { throw Interrupted(); });
+    EXPECT_THROW(runner.execute(), Interrupted);
+  }
+  // A crash in the middle of a line.
+  std::ofstream(options.checkpoint, std::ios::app) << R"({"key":"fails","point":["0x1p)";
+  Runner runner(options);
+  int again = 0;
+  runner.add("done", 1.0, [&again] {
+    ++again;
+    return run_of(5.0);
+  });
+  runner.add("fails", 1.0, [&again] {
+    ++again;
+    return run_of(0.3);
+  });
+  runner.execute();
+  EXPECT_EQ(again, 1);
+  const SearchRun &restored = runner.at("done"), fresh = run_of(0.1);
+  EXPECT_EQ(restored.point, fresh.point);
+  EXPECT_EQ(restored.cost, fresh.cost);
+  EXPECT_EQ(restored.curve.front().best, fresh.curve.front().best);
+  EXPECT_EQ(restored.errors.combination_index, 1e-300);
+  EXPECT_TRUE(std::isnan(restored.errors.parameter_index));
+}
+
+TEST(Runner, RefusesTheCheckpointOfAnotherProblem) {
+  const test::TemporaryFolder folder;
+  RunnerOptions options;
+  options.checkpoint = folder.path() / "runs.jsonl";
+  options.problem = "one";
+  { const Runner runner(options); }
+  options.problem = "two";
+  EXPECT_THROW(Runner{options}, InputError);
+  std::ofstream(options.checkpoint) << "nonsense\n";
+  EXPECT_THROW(Runner{options}, InputError);
+}
+
+}  // namespace
+}  // namespace lacuna
