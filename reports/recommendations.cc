@@ -126,7 +126,7 @@ std::vector<Question> questions() {
       {"a motion to 1e-4 rad (m) by its own integrator", "ms of computing a second of motion, median over scenarios",
        [](const EngineComparison& e) { return time_to_target(e, true); }, false, true, 0.0,
        "cheapest of its integrators and of the steps tried; a dash: not reached"},
-      {"the same by an integrator around it", "ms of computing a second of motion, median over scenarios",
+      {"a motion to 1e-4 rad (m) by a common integrator", "ms of computing a second of motion, median over scenarios",
        [](const EngineComparison& e) { return time_to_target(e, false); }, false, true, 0.0,
        "Kutta's fourth-order steps or Dormand and Prince's with step control, the same for all engines"},
       {"energy kept in free motion, own integrators",

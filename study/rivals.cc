@@ -49,7 +49,7 @@ void recommend(RivalsRecord& record) {
     record.reason = "No method came as close as that to the best run within the budget: none is recommended.";
     return;
   }
-  record.reason = fmt::format("{} is recommended here: {}", title_of(best.method), words(best));
+  record.reason = fmt::format("Recommended here: {}, {}", title_of(best.method), words(best));
   for (const MethodRecord& other : record.methods) {
     if (other.method == Method::ga && best.method != Method::ga)
       record.reason += fmt::format("; the paper's GA alone: {}, so it is not the best choice", words(other));

@@ -63,6 +63,14 @@ TEST(Conclusions, ParametersAreJudgedOnlyWhereTheTruthIsKnown) {
   EXPECT_THROW(about(judge(record, "deg", 9), "reasonable accuracy"), std::logic_error);
 }
 
+TEST(Conclusions, SettingsThatEndAlikeInEveryRunDoNotDiffer) {
+  GridRecord record = grid(1.0, 1.0);
+  record.rankings = {{"norm_inf", 500, 0, 7, 8}};
+  EXPECT_EQ(about(judge(record, "deg", 9), "without denominator").verdict, Judgement::cannot_be_told);
+  record.rankings[0].same_answer = 8;
+  EXPECT_EQ(about(judge(record, "deg", 9), "without denominator").verdict, Judgement::does_not_hold);
+}
+
 TEST(Conclusions, TheOutputIsJudgedAgainstItsOwnRange) {
   GridRecord record = grid(1.0, 2.0);
   record.output.measured = {0.0, 100.0};
