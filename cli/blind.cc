@@ -122,7 +122,7 @@ void open_label(const ScenarioFolder& where, BlindCase& one) {
 }
 
 std::string summary(const std::vector<BlindCase>& cases, const BlindTotals& t) {
-  Table table({"case", "verdict", "findings", "right"});
+  TextTable table({"case", "verdict", "findings", "right"});
   for (const BlindCase& one : cases) {
     std::vector<std::string> findings;
     if (one.verdict)

@@ -146,8 +146,8 @@ std::string summary(const Comparison& comparison) {
   for (const ScenarioComparison& scenario : comparison.scenarios) {
     out += fmt::format("{}: {} joints, {}, step {}\n", printable(scenario.name), scenario.dof, scenario.motion,
                        quantity(1e3 * scenario.step, "ms", 3));
-    Table table({"engine", ">acceleration difference", ">trajectory error", ">energy drift", ">ns per step",
-                 ">real-time factor", ">ns per evaluation"});
+    TextTable table({"engine", ">acceleration difference", ">trajectory error", ">energy drift", ">ns per step",
+                     ">real-time factor", ">ns per evaluation"});
     std::string refused;
     for (const EngineComparison& engine : scenario.engines) {
       if (!engine.available) {
@@ -170,7 +170,7 @@ std::string changes_words(const Baseline& baseline) {
   if (baseline.empty()) return "";
   std::string out = fmt::format("\n{} of {} figures changed beyond noise since {}\n", baseline.changes.size(),
                                 baseline.compared, baseline.date);
-  Table table({"scenario", "engine", "quantity", ">before", ">now", ""});
+  TextTable table({"scenario", "engine", "quantity", ">before", ">now", ""});
   for (const Change& change : baseline.changes)
     table.add({change.scenario, change.engine, change.quantity, number(change.before), number(change.after),
                change.better ? "better" : "worse"});

@@ -152,7 +152,7 @@ void report(const Session& session, const fs::path& folder, const Concealment& m
     return;
   }
   std::string out;
-  Table table({"hidden effect", "where", ">strength"});
+  TextTable table({"hidden effect", "where", ">strength"});
   for (const ConcealedEffect& effect : made.effects)
     table.add({effect.asked.effect, effect.asked.place, number(effect.strength)});
   if (!table.empty()) out += table.str() + "\n";

@@ -135,6 +135,8 @@ class Hidden {
       double value = values_[k];
       if (p.coordinate == Coordinate::inverse)
         value /= p.scale == lead.scale ? factor : 1.0;
+      else if (p.coordinate == Coordinate::logarithm)  // what it has none of at 0 or at infinity goes along
+        value *= p.neutral == 0.0 ? factor : 1.0 / factor;
       else if (p.scale == lead.scale && !p.optional)
         value = p.neutral + factor * (value - p.neutral);
       out.parameters[parameters_[k].key] = std::clamp(value, p.lower, p.upper);

@@ -43,7 +43,7 @@ std::vector<std::string> write_model(const fs::path& folder, const Scenario& sce
 }
 
 std::string findings_table(const Diagnosis& diagnosis) {
-  Table table({"effect", "where", ">probability", "parameters", "may as well be"});
+  TextTable table({"effect", "where", ">probability", "parameters", "may as well be"});
   for (const Finding& finding : diagnosis.findings) {
     std::vector<std::string> parameters, others;
     for (const Estimate& estimate : finding.parameters)
@@ -58,7 +58,7 @@ std::string findings_table(const Diagnosis& diagnosis) {
 std::string summary(const Scenario& scenario, const Diagnosis& diagnosis) {
   std::string out = wrapped(verdict_sentence(scenario, diagnosis), 110, 0) + "\n\n" + findings_table(diagnosis);
   const Role role = judged_role(diagnosis.before);
-  Table table({fmt::format("residual rms, {}", to_string(role)), ">before", ">after", ">noise", "unit"});
+  TextTable table({fmt::format("residual rms, {}", to_string(role)), ">before", ">after", ">noise", "unit"});
   for (const auto& [entry, before] : rms_in(diagnosis.before, role))
     table.add({entry, steady(before), steady(entry_of(rms_in(diagnosis.after, role), entry)),
                steady(entry_of(diagnosis.noise, entry)), residual_unit(scenario, &diagnosis, entry)});

@@ -34,7 +34,7 @@ std::string describe(const EngineInfo& info) {
   std::string out = fmt::format("{}: ", info.name);
   if (!info.available) return out + "not available: " + info.reason + "\n\n";
   out += "version " + info.version + "\n";
-  Table table({"  can", "how"});
+  TextTable table({"  can", "how"});
   for (const Capability& capability : info.capabilities)
     table.add({"  " + capability.name, capability.native
                                            ? "itself" + (capability.words.empty() ? "" : ": " + capability.words)

@@ -47,13 +47,13 @@ constexpr double kUndetermined = 10.0;
 std::string summary(const DesignResult& result) {
   std::vector<const Design*> designs{&result.best, &result.step};
   for (const Design& d : result.recordings) designs.push_back(&d);
-  Table table({"motion", ">log det", ">directions determined"});
+  TextTable table({"motion", ">log det", ">directions determined"});
   for (const Design* d : designs)
     table.add({d->name, number(d->log_det, 5), fmt::format("{} of {}", d->excitation.rank, d->excitation.parameters)});
   std::string out = table.str() + "\n";
   std::vector<std::string> titles{"expected standard error"};
   for (const Design* d : designs) titles.push_back(">" + d->name);
-  Table errors(titles);
+  TextTable errors(titles);
   for (std::size_t i = 0; i < result.best.excitation.knowledge.size(); ++i) {
     std::vector<std::string> row{result.best.excitation.knowledge[i].name};
     for (const Design* d : designs) {

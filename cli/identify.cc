@@ -121,11 +121,11 @@ std::string summary(const Search& search, const std::vector<FitResult>& fits) {
   for (const FitResult& fit : fits) {
     out += fmt::format("{} on {}, {}: {} evaluations in {}\n\n", search.scenario.name, fit.engine, fit.optimizer,
                        fit.evaluations, duration(fit.seconds));
-    Table parameters({"parameter", ">value", "unit", "95 %", ""});
+    TextTable parameters({"parameter", ">value", "unit", "95 %", ""});
     for (const Estimate& estimate : fit.estimates)
       parameters.add({estimate.name, value_of(estimate), estimate.unit, interval(estimate), remark(estimate)});
     out += parameters.str() + "\n";
-    Table rms({"residual rms", ">train", ">validate", ">test", "unit"});
+    TextTable rms({"residual rms", ">train", ">validate", ">test", "unit"});
     for (const auto& [entry, unused] : rms_in(fit, Role::train))
       rms.add({entry, steady(entry_of(rms_in(fit, Role::train), entry)),
                steady(entry_of(rms_in(fit, Role::validate), entry)), steady(entry_of(rms_in(fit, Role::test), entry)),

@@ -200,7 +200,7 @@ void report(const Session& session, const Scenario& scenario, const SimulateOpti
     print(csv_text(all.front().columns));
     return;
   }
-  Table table({"recording", ">samples", ">step", "written"});
+  TextTable table({"recording", ">samples", ">step", "written"});
   for (const Simulated& one : all)
     table.add(
         {one.columns.file, std::to_string(one.samples), quantity(1e3 * one.step.step, "ms"), one.written.string()});

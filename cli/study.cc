@@ -59,16 +59,16 @@ std::vector<Case> load_cases(const StudyFlags& flags) {
 
 std::string summary(const Study& study) {
   std::string out = fmt::format("{}: {} evaluations\n\n", study.scenario, study.evaluations);
-  Table claims({"the paper's claim", "", "here"});
+  TextTable claims({"the paper's claim", "", "here"});
   for (const Conclusion& c : study.conclusions) claims.add({c.claim, c.source, to_string(c.verdict)});
   if (!claims.empty()) out += claims.str() + "\n";
-  Table rivals({fmt::format("{} evaluations", study.rivals.budget), ">within 1 %", ">within 10 %", ">within twice",
-                ">median evaluations to 1 %"});
+  TextTable rivals({fmt::format("{} evaluations", study.rivals.budget), ">within 1 %", ">within 10 %", ">within twice",
+                    ">median evaluations to 1 %"});
   for (const MethodRecord& m : study.rivals.methods)
     rivals.add({title_of(m.method), percent(m.success[0]), percent(m.success[1]), percent(m.success[2]),
                 number(quartiles_of(m.reached[0]).median, 3)});
   if (!rivals.empty()) out += rivals.str() + study.rivals.reason + "\n\n";
-  Table known({"excitation", "assumed", ">directions determined"});
+  TextTable known({"excitation", "assumed", ">directions determined"});
   for (const Excitation& e : study.identifiability)
     known.add({e.name, e.assumption, fmt::format("{} of {}", e.rank, e.parameters)});
   if (!known.empty()) out += known.str() + "\n";

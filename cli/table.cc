@@ -14,19 +14,19 @@ std::size_t width_of(const std::string& text) {
 
 }  // namespace
 
-Table::Table(std::vector<std::string> titles) : titles_(std::move(titles)) {
+TextTable::TextTable(std::vector<std::string> titles) : titles_(std::move(titles)) {
   for (std::string& title : titles_) {
     right_.push_back(!title.empty() && title.front() == '>');
     if (right_.back()) title.erase(0, 1);
   }
 }
 
-void Table::add(std::vector<std::string> row) {
+void TextTable::add(std::vector<std::string> row) {
   row.resize(titles_.size());
   rows_.push_back(std::move(row));
 }
 
-std::string Table::str() const {
+std::string TextTable::str() const {
   std::vector<std::size_t> widths;
   for (std::size_t c = 0; c < titles_.size(); ++c) {
     widths.push_back(width_of(titles_[c]));

@@ -6,10 +6,10 @@
 
 namespace lacuna {
 
-class Table {
+class TextTable {
  public:
   /// Columns whose title starts with '>' are set flush right (the mark is not printed).
-  explicit Table(std::vector<std::string> titles);
+  explicit TextTable(std::vector<std::string> titles);
   void add(std::vector<std::string> row);
   bool empty() const { return rows_.empty(); }
   std::string str() const;

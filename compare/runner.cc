@@ -88,9 +88,7 @@ class NativeRun {
   }
 
  private:
-  Instant<double> instant(double since) const {
-    return {session_ + t_, since, v_.data()};
-  }
+  Instant<double> instant(double since) const { return {session_ + t_, since, v_.data()}; }
 
   /// The last command that has arrived; before the track's start the first one holds.
   void fetch_commands(const Segment& segment) {

@@ -65,7 +65,7 @@ std::string key_of(const std::string& prefix, const SettingRecord& setting, std:
 }
 
 void plan_setting(const Trial& trial, const SettingRecord& setting, const std::string& prefix, const GridPlan& plan,
-                  const std::string& engine, double cost_of_one, const StopFlag* stop, Runner& runner) {
+                  const std::string& engine, double cost_of_one, const StopFlag* stop, StudyRunner& runner) {
   for (int k = 0; k < plan.seeds; ++k) {
     GeneticOptions options = setting.genetic;
     options.seed = plan.seed + static_cast<std::uint64_t>(k);
@@ -77,7 +77,7 @@ void plan_setting(const Trial& trial, const SettingRecord& setting, const std::s
   }
 }
 
-void collect(SettingRecord& setting, const std::string& prefix, const GridPlan& plan, const Runner& runner) {
+void collect(SettingRecord& setting, const std::string& prefix, const GridPlan& plan, const StudyRunner& runner) {
   for (int k = 0; k < plan.seeds; ++k)
     setting.runs.push_back(runner.at(key_of(prefix, setting, plan.seed + static_cast<std::uint64_t>(k))));
 }
@@ -226,12 +226,12 @@ const SettingRecord* GridRecord::find(const std::string& key) const {
   return nullptr;
 }
 
-void plan_grid(const Trial& trial, const GridPlan& plan, const StopFlag* stop, Runner& runner) {
+void plan_grid(const Trial& trial, const GridPlan& plan, const StopFlag* stop, StudyRunner& runner) {
   for (const SettingRecord& setting : settings_of(plan))
     plan_setting(trial, setting, "grid", plan, "featherstone", 1.0, stop, runner);
 }
 
-GridRecord summarise_grid(const Trial& trial, const GridPlan& plan, const Runner& runner) {
+GridRecord summarise_grid(const Trial& trial, const GridPlan& plan, const StudyRunner& runner) {
   GridRecord out;
   out.settings = settings_of(plan);
   for (SettingRecord& setting : out.settings) collect(setting, "grid", plan, runner);
@@ -240,7 +240,7 @@ GridRecord summarise_grid(const Trial& trial, const GridPlan& plan, const Runner
   return out;
 }
 
-void plan_engines(const Trial& trial, const GridPlan& plan, const StopFlag* stop, Runner& runner) {
+void plan_engines(const Trial& trial, const GridPlan& plan, const StopFlag* stop, StudyRunner& runner) {
   const SettingRecord setting = final_setting(plan);
   for (const Engine* engine : engines()) {
     const EngineInfo info = engine->info();
@@ -249,7 +249,7 @@ void plan_engines(const Trial& trial, const GridPlan& plan, const StopFlag* stop
   }
 }
 
-std::vector<EngineRecord> summarise_engines(const Trial&, const GridPlan& plan, const Runner& runner) {
+std::vector<EngineRecord> summarise_engines(const Trial&, const GridPlan& plan, const StudyRunner& runner) {
   std::vector<EngineRecord> out;
   for (const Engine* engine : engines()) {
     const EngineInfo info = engine->info();

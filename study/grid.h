@@ -61,8 +61,8 @@ struct GridPlan {
   int population = 70, generations = 200;
 };
 
-void plan_grid(const Trial& trial, const GridPlan& plan, const StopFlag* stop, Runner& runner);
-GridRecord summarise_grid(const Trial& trial, const GridPlan& plan, const Runner& runner);
+void plan_grid(const Trial& trial, const GridPlan& plan, const StopFlag* stop, StudyRunner& runner);
+GridRecord summarise_grid(const Trial& trial, const GridPlan& plan, const StudyRunner& runner);
 
 /// The final setting on one engine.
 struct EngineRecord {
@@ -70,7 +70,7 @@ struct EngineRecord {
   SettingRecord setting;
 };
 /// `plan` with the generations that engines without lanes can afford; engines that are not built in say so.
-void plan_engines(const Trial& trial, const GridPlan& plan, const StopFlag* stop, Runner& runner);
-std::vector<EngineRecord> summarise_engines(const Trial& trial, const GridPlan& plan, const Runner& runner);
+void plan_engines(const Trial& trial, const GridPlan& plan, const StopFlag* stop, StudyRunner& runner);
+std::vector<EngineRecord> summarise_engines(const Trial& trial, const GridPlan& plan, const StudyRunner& runner);
 
 }  // namespace lacuna

@@ -13,7 +13,9 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-std::string key_of(Method method, std::uint64_t seed) { return fmt::format("rivals/{}/{}", to_string(method), seed); }
+std::string key_of(SearchMethod method, std::uint64_t seed) {
+  return fmt::format("rivals/{}/{}", to_string(method), seed);
+}
 
 std::string recovery_key(std::uint64_t seed) { return fmt::format("recovery/{}", seed); }
 
@@ -51,7 +53,7 @@ void recommend(RivalsRecord& record) {
   }
   record.reason = fmt::format("Recommended here: {}, {}", title_of(best.method), words(best));
   for (const MethodRecord& other : record.methods) {
-    if (other.method == Method::ga && best.method != Method::ga)
+    if (other.method == SearchMethod::ga && best.method != SearchMethod::ga)
       record.reason += fmt::format("; the paper's GA alone: {}, so it is not the best choice", words(other));
   }
   record.reason += ".";
@@ -63,8 +65,8 @@ std::vector<Level> success_levels() {
   return {{"within 1 % of the best", 1.01}, {"within 10 % of the best", 1.1}, {"within twice the best", 2.0}};
 }
 
-void plan_rivals(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, Runner& runner) {
-  for (const Method method : all_methods()) {
+void plan_rivals(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, StudyRunner& runner) {
+  for (const SearchMethod method : all_methods()) {
     for (int k = 0; k < plan.seeds; ++k) {
       const Budget budget{plan.population, plan.evaluations, plan.seed + static_cast<std::uint64_t>(k),
                           plan.round_generations};
@@ -75,21 +77,21 @@ void plan_rivals(const Trial& trial, const RivalsPlan& plan, const StopFlag* sto
   }
 }
 
-void plan_recovery(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, Runner& runner) {
+void plan_recovery(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, StudyRunner& runner) {
   for (int k = 0; k < plan.seeds; ++k) {
     const Budget budget{plan.population, 1, plan.seed + static_cast<std::uint64_t>(k), plan.round_generations};
     const double weight = static_cast<double>(plan.population) * plan.round_generations;
     runner.add(recovery_key(budget.seed), weight, [&trial, budget, stop] {
-      return run_method(make_task(trial, "featherstone", stop), Method::ga_lsq, budget);
+      return run_method(make_task(trial, "featherstone", stop), SearchMethod::ga_lsq, budget);
     });
   }
 }
 
-RivalsRecord summarise_rivals(const Trial&, const RivalsPlan& plan, const Runner& runner) {
+RivalsRecord summarise_rivals(const Trial&, const RivalsPlan& plan, const StudyRunner& runner) {
   RivalsRecord out;
   out.budget = plan.evaluations;
   out.best = kNever;
-  for (const Method method : all_methods()) {
+  for (const SearchMethod method : all_methods()) {
     MethodRecord record{method, {}, {}, {}};
     for (int k = 0; k < plan.seeds; ++k) {
       record.runs.push_back(runner.at(key_of(method, plan.seed + static_cast<std::uint64_t>(k))));
@@ -111,7 +113,7 @@ RivalsRecord summarise_rivals(const Trial&, const RivalsPlan& plan, const Runner
   return out;
 }
 
-RecoveryRecord summarise_recovery(const Trial& trial, const RivalsPlan& plan, const Runner& runner) {
+RecoveryRecord summarise_recovery(const Trial& trial, const RivalsPlan& plan, const StudyRunner& runner) {
   RecoveryRecord out;
   if (!trial.truth) return out;
   const Task task = make_task(trial, "featherstone", nullptr);

@@ -20,7 +20,7 @@ struct Level {
 std::vector<Level> success_levels();
 
 struct MethodRecord {
-  Method method = Method::ga;
+  SearchMethod method = SearchMethod::ga;
   std::vector<SearchRun> runs;
   /// [level][run]: evaluations at which the level was reached; infinity: never.
   std::vector<std::vector<double>> reached;
@@ -45,12 +45,12 @@ struct RivalsPlan {
   int round_generations = 20;  ///< see Budget
 };
 
-void plan_rivals(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, Runner& runner);
-RivalsRecord summarise_rivals(const Trial& trial, const RivalsPlan& plan, const Runner& runner);
+void plan_rivals(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, StudyRunner& runner);
+RivalsRecord summarise_rivals(const Trial& trial, const RivalsPlan& plan, const StudyRunner& runner);
 
-/// One round of Method::ga_lsq a seed.
-void plan_recovery(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, Runner& runner);
+/// One round of SearchMethod::ga_lsq a seed.
+void plan_recovery(const Trial& trial, const RivalsPlan& plan, const StopFlag* stop, StudyRunner& runner);
 /// Empty without a truth.
-RecoveryRecord summarise_recovery(const Trial& trial, const RivalsPlan& plan, const Runner& runner);
+RecoveryRecord summarise_recovery(const Trial& trial, const RivalsPlan& plan, const StudyRunner& runner);
 
 }  // namespace lacuna

@@ -91,7 +91,8 @@ Robustness::Robustness(const Trial& trial, int seeds, std::uint64_t seed, int po
   if (trial.truth) {
     truth_ = *trial.truth;
   } else {
-    truth_ = run_method(make_task(trial, "featherstone", stop), Method::multi_start, {population, 2000, seed}).point;
+    truth_ =
+        run_method(make_task(trial, "featherstone", stop), SearchMethod::multi_start, {population, 2000, seed}).point;
   }
   clean_ = trial.experiment;
   std::erase_if(clean_.segments, [](const Segment& s) { return s.role != Role::train; });
@@ -160,46 +161,46 @@ Experiment Robustness::spoilt(const Condition& condition, std::uint64_t seed) co
   return out;
 }
 
-void Robustness::plan(Runner& runner) const {
+void Robustness::plan(StudyRunner& runner) const {
   for (const Condition& condition : conditions()) {
     for (const Searcher searcher : all_searchers()) {
       for (int k = 0; k < seeds_; ++k) {
         const std::uint64_t seed = seed_ + static_cast<std::uint64_t>(k);
         const double weight = static_cast<double>(population_) * generations_;
-        runner.add(
-            fmt::format("robustness/{}/{}/{}", condition.name, to_string(searcher), seed), weight,
-            [this, condition, searcher, seed] {
-              const Box box = box_of(condition);
-              const std::optional<Box> other =
-                  condition.bounds == Condition::Bounds::as_given ? std::nullopt : std::optional(box);
-              Task task = make_task(trial_, spoilt(condition, seed), other, "featherstone", stop_);
-              task.weights = trial_.weights;
-              GeneticOptions options;
-              options.population = population_;
-              options.generations = generations_;
-              options.seed = seed;
-              SearchRun run;
-              if (searcher == Searcher::ga_lsq) {
-                const long budget = static_cast<long>(population_) * generations_;
-                run = run_method(task, Method::ga_lsq, {population_, budget / 5, seed, std::max(1, generations_ / 10)});
-              } else {
-                const Fitness fitness = searcher == Searcher::ga_norm_inf ? Fitness::norm_inf
-                                        : searcher == Searcher::ga_norm_1 ? Fitness::norm_1
-                                                                          : Fitness::norm_2;
-                run = run_genetic(task, options, fitness);
-              }
-              Task truth = make_task(trial_, clean_, other, "featherstone", stop_);
-              truth.weights = trial_.weights;
-              Problem problem(*trial_.model, truth.experiment, truth.space, truth.simulator, truth.weights);
-              run.errors = errors_of(problem, truth, run.point);
-              return run;
-            });
+        runner.add(fmt::format("robustness/{}/{}/{}", condition.name, to_string(searcher), seed), weight,
+                   [this, condition, searcher, seed] {
+                     const Box box = box_of(condition);
+                     const std::optional<Box> other =
+                         condition.bounds == Condition::Bounds::as_given ? std::nullopt : std::optional(box);
+                     Task task = make_task(trial_, spoilt(condition, seed), other, "featherstone", stop_);
+                     task.weights = trial_.weights;
+                     GeneticOptions options;
+                     options.population = population_;
+                     options.generations = generations_;
+                     options.seed = seed;
+                     SearchRun run;
+                     if (searcher == Searcher::ga_lsq) {
+                       const long budget = static_cast<long>(population_) * generations_;
+                       run = run_method(task, SearchMethod::ga_lsq,
+                                        {population_, budget / 5, seed, std::max(1, generations_ / 10)});
+                     } else {
+                       const Fitness fitness = searcher == Searcher::ga_norm_inf ? Fitness::norm_inf
+                                               : searcher == Searcher::ga_norm_1 ? Fitness::norm_1
+                                                                                 : Fitness::norm_2;
+                       run = run_genetic(task, options, fitness);
+                     }
+                     Task truth = make_task(trial_, clean_, other, "featherstone", stop_);
+                     truth.weights = trial_.weights;
+                     Problem problem(*trial_.model, truth.experiment, truth.space, truth.simulator, truth.weights);
+                     run.errors = errors_of(problem, truth, run.point);
+                     return run;
+                   });
       }
     }
   }
 }
 
-RobustnessRecord Robustness::summarise(const Runner& runner) const {
+RobustnessRecord Robustness::summarise(const StudyRunner& runner) const {
   RobustnessRecord out;
   out.planted = planted_;
   out.data = fmt::format("simulated on {} by Dormand-Prince steps (tolerance 1e-8), faults drawn anew for every seed",

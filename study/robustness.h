@@ -47,8 +47,8 @@ class Robustness {
   /// of a plant planted where a multi-start least-squares search ends.
   Robustness(const Trial& trial, int seeds, std::uint64_t seed, int population, int generations, const StopFlag* stop);
 
-  void plan(Runner& runner) const;
-  RobustnessRecord summarise(const Runner& runner) const;
+  void plan(StudyRunner& runner) const;
+  RobustnessRecord summarise(const StudyRunner& runner) const;
 
  private:
   const Trial& trial_;

@@ -52,9 +52,9 @@ std::string head_of(const std::string& problem) {
 
 }  // namespace
 
-Runner::Runner(RunnerOptions options) : options_(std::move(options)) { restore(); }
+StudyRunner::StudyRunner(RunnerOptions options) : options_(std::move(options)) { restore(); }
 
-void Runner::restore() {
+void StudyRunner::restore() {
   if (options_.checkpoint.empty()) return;
   std::string whole = head_of(options_.problem);
   std::error_code ignored;
@@ -82,21 +82,21 @@ void Runner::restore() {
   write_file_atomically(options_.checkpoint, whole);
 }
 
-void Runner::keep(const std::string& key, const SearchRun& run) {
+void StudyRunner::keep(const std::string& key, const SearchRun& run) {
   if (options_.checkpoint.empty()) return;
   std::ofstream out(options_.checkpoint, std::ios::app);
   out << to_json(key, run).dump() + "\n" << std::flush;
   if (!out) throw WorkError(options_.checkpoint.string() + ": cannot write the checkpoint");
 }
 
-void Runner::add(const std::string& key, double weight, std::function<SearchRun()> work) {
+void StudyRunner::add(const std::string& key, double weight, std::function<SearchRun()> work) {
   for (const Job& job : jobs_) {
-    if (job.key == key) throw std::logic_error("Runner: two runs called " + key);
+    if (job.key == key) throw std::logic_error("StudyRunner: two runs called " + key);
   }
   jobs_.push_back({key, weight, std::move(work)});
 }
 
-void Runner::execute() {
+void StudyRunner::execute() {
   double total = 0.0, finished = 0.0;
   std::vector<const Job*> left;
   for (const Job& job : jobs_) {
@@ -126,13 +126,13 @@ void Runner::execute() {
       options_.stop);
 }
 
-const SearchRun& Runner::at(const std::string& key) const {
+const SearchRun& StudyRunner::at(const std::string& key) const {
   const auto found = done_.find(key);
-  if (found == done_.end()) throw std::logic_error("Runner: no run called " + key);
+  if (found == done_.end()) throw std::logic_error("StudyRunner: no run called " + key);
   return found->second;
 }
 
-std::pair<long, double> Runner::spent() const {
+std::pair<long, double> StudyRunner::spent() const {
   std::pair<long, double> out{0, 0.0};
   for (const Job& job : jobs_) {
     const SearchRun& run = at(job.key);

@@ -24,9 +24,9 @@ struct RunnerOptions {
 /// one thread from its own seed, so results depend neither on the number of threads nor on interruptions.
 ///
 /// The file holds one line a finished run, numbers exact; a line cut off by a crash is dropped.
-class Runner {
+class StudyRunner {
  public:
-  explicit Runner(RunnerOptions options);
+  explicit StudyRunner(RunnerOptions options);
 
   /// `weight`: the run's expected cost in any unit, for the progress.
   void add(const std::string& key, double weight, std::function<SearchRun()> work);

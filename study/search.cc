@@ -149,11 +149,11 @@ void search_again_and_again(Search& search, bool genetic, const Budget& budget) 
 
 }  // namespace
 
-const char* to_string(Method method) { return kMethodNames[static_cast<std::size_t>(method)]; }
-std::string title_of(Method method) { return kMethodTitles[static_cast<std::size_t>(method)]; }
-std::vector<Method> all_methods() {
-  std::vector<Method> out;
-  for (std::size_t i = 0; i < kMethodNames.size(); ++i) out.push_back(static_cast<Method>(i));
+const char* to_string(SearchMethod method) { return kMethodNames[static_cast<std::size_t>(method)]; }
+std::string title_of(SearchMethod method) { return kMethodTitles[static_cast<std::size_t>(method)]; }
+std::vector<SearchMethod> all_methods() {
+  std::vector<SearchMethod> out;
+  for (std::size_t i = 0; i < kMethodNames.size(); ++i) out.push_back(static_cast<SearchMethod>(i));
   return out;
 }
 
@@ -164,19 +164,19 @@ SearchRun run_genetic(Task task, const GeneticOptions& options, Fitness fitness)
   return search.finish(began);
 }
 
-SearchRun run_method(Task task, Method method, const Budget& budget) {
+SearchRun run_method(Task task, SearchMethod method, const Budget& budget) {
   const double began = now();
   Search search(std::move(task), Fitness::norm_2);
   switch (method) {
-    case Method::ga:
+    case SearchMethod::ga:
       search.take(run_genetic_algorithm(search.task().box, search.cost(), genetic_of(budget), search.control()));
       break;
-    case Method::cmaes: search_with_pagmo(search, PagmoMethod::cmaes, budget); break;
-    case Method::de: search_with_pagmo(search, PagmoMethod::de, budget); break;
-    case Method::pso: search_with_pagmo(search, PagmoMethod::pso, budget); break;
-    case Method::sga: search_with_pagmo(search, PagmoMethod::sga, budget); break;
-    case Method::multi_start: search_again_and_again(search, false, budget); break;
-    case Method::ga_lsq: search_again_and_again(search, true, budget); break;
+    case SearchMethod::cmaes: search_with_pagmo(search, PagmoMethod::cmaes, budget); break;
+    case SearchMethod::de: search_with_pagmo(search, PagmoMethod::de, budget); break;
+    case SearchMethod::pso: search_with_pagmo(search, PagmoMethod::pso, budget); break;
+    case SearchMethod::sga: search_with_pagmo(search, PagmoMethod::sga, budget); break;
+    case SearchMethod::multi_start: search_again_and_again(search, false, budget); break;
+    case SearchMethod::ga_lsq: search_again_and_again(search, true, budget); break;
   }
   return search.finish(began);
 }

@@ -28,10 +28,10 @@ struct SearchRun {
 SearchRun run_genetic(Task task, const GeneticOptions& options, Fitness fitness);
 
 /// Everything else lowers the two-norm, which least squares do too.
-enum class Method { ga, cmaes, de, pso, sga, multi_start, ga_lsq };
-const char* to_string(Method method);
-std::string title_of(Method method);
-std::vector<Method> all_methods();
+enum class SearchMethod { ga, cmaes, de, pso, sga, multi_start, ga_lsq };
+const char* to_string(SearchMethod method);
+std::string title_of(SearchMethod method);
+std::vector<SearchMethod> all_methods();
 
 struct Budget {
   int population = 70;
@@ -42,6 +42,6 @@ struct Budget {
 /// `ga`: the paper's final setting with the two-norm; `cmaes` to `sga`: pagmo's, same population; `multi_start`: least
 /// squares from random points of the box, again and again; `ga_lsq`: some generations of `ga`, then least
 /// squares from its best, again and again. Throws Interrupted.
-SearchRun run_method(Task task, Method method, const Budget& budget);
+SearchRun run_method(Task task, SearchMethod method, const Budget& budget);
 
 }  // namespace lacuna

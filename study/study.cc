@@ -93,7 +93,7 @@ Study run_study(const Scenario& scenario, const Scenario* truth, const StudyOpti
   const RivalsPlan rivals{options.seeds, options.seed, options.population,
                           static_cast<long>(options.population) * options.generations,
                           std::max(1, options.generations / 10)};
-  Runner runner(options.runner);
+  StudyRunner runner(options.runner);
   std::optional<Robustness> robustness;
   if (choice.has("grid")) plan_grid(trial, grid, stop, runner);
   if (choice.has("rivals")) plan_rivals(trial, rivals, stop, runner);

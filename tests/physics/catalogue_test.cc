@@ -37,17 +37,24 @@ double capped(double x, double n) { return x * std::pow(1.0 + std::pow(x, n), -1
 double sgn(double x) { return (x > 0.0) - (x < 0.0); }
 double played(double past, double x, double half) { return std::max(std::min(past, x + half), x - half); }
 
-/// What lies between actuator and link below, by an explicit rule; past[0]: lead of the actuator's side.
-constexpr double kSpring = 900.0;  // N/m
+/// What lies between actuator and link below, by an explicit rule of first order; past: angle and speed of the
+/// actuator's side.
+constexpr double kSpring = 900.0, kSide = 0.4;  // N/m, kg
 double pull(const Block& b, double half) {
-  return kSpring * (std::max(b.past[0] - half, 0.0) + std::min(b.past[0] + half, 0.0));
+  const double lead = b.past[0] - b.x;
+  return kSpring * (std::max(lead - half, 0.0) + std::min(lead + half, 0.0));
 }
 std::function<void(Block&, double)> settle(double half) {
-  return [half](Block& b, double) { b.past[0] = (b.drive(b.u) + kSpring * half) / (kStiffness + kSpring); };
+  return [half](Block& b, double) {
+    b.past[0] = b.x + (b.drive(b.u) + kSpring * half) / (kStiffness + kSpring);
+    b.past[1] = b.v;
+  };
 }
 std::function<void(Block&, double)> cross(double half) {
   return [half](Block& b, double dt) {
-    b.past[0] += dt * (b.drive(b.u) - kStiffness * b.past[0] - pull(b, half)) / kDamping;
+    const double push = b.drive(b.u) - kDamping * (b.past[1] - b.v) - kStiffness * (b.past[0] - b.x);
+    b.past[1] += dt * (push - pull(b, half)) / kSide;
+    b.past[0] += dt * b.past[1];
   };
 }
 
@@ -96,24 +103,21 @@ const std::vector<Law>& laws() {
        {{"q_lim", 0.0}, {"k", -400.0}},
        [](const Block& b) { return b.drive(b.u) + 400.0 * std::max(0.0 - b.x, 0.0); }},
       {"backlash",
-       {{"gap", 0.05}},
-       [](const Block& b) {
-         const double push = b.drive(b.u) - kStiffness * b.past[0];
-         return std::fabs(b.past[0]) >= 0.05 && push * b.past[0] >= 0.0 ? push : 0.0;
-       },
-       [](Block& b, double) { b.past[0] = 0.05; },
-       [](Block& b, double dt) {
-         const double lead = b.past[0] + dt * (b.drive(b.u) - kStiffness * b.past[0]) / kDamping;
-         b.past[0] = std::clamp(lead, -0.05, 0.05);
-       },
-       nullptr,
-       1e-4},  // a kink of the effort at each contact and release
-      {"backlash",
-       {{"gap", 0.05}, {"k", kSpring}},
+       {{"gap", 0.05}, {"k", kSpring}, {"J", kSide}},
        [](const Block& b) { return pull(b, 0.05); },
        settle(0.05),
-       cross(0.05)},
-      {"joint_compliance", {{"k", kSpring}}, [](const Block& b) { return pull(b, 0.0); }, settle(0.0), cross(0.0)},
+       cross(0.05),
+       nullptr,
+       1e-4,  // the hand's own
+       2e-6},
+      {"joint_compliance",
+       {{"k", kSpring}, {"J", kSide}},
+       [](const Block& b) { return pull(b, 0.0); },
+       settle(0.0),
+       cross(0.0),
+       nullptr,
+       1e-4,  // the hand's own
+       2e-6},
       {"thermal_drift",
        {{"depth", 0.5}, {"tau", 0.6}},
        [](const Block& b) { return b.drive(b.u) + 0.5 * (1.0 - std::exp(-b.t / 0.6)) * kDamping * b.v; }},

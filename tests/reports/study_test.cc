@@ -56,7 +56,7 @@ Study sample() {
   out.identifiability = {excitation};
   out.rivals.budget = 14000;
   out.rivals.best = 1.0;
-  for (const Method method : all_methods())
+  for (const SearchMethod method : all_methods())
     out.rivals.methods.push_back({method,
                                   setting("x", "x", Fitness::norm_2).runs,
                                   {{50.0, HUGE_VAL, 70.0}, {50.0, 60.0, 70.0}, {5.0, 6.0, 7.0}},

@@ -16,7 +16,7 @@ constexpr GridPlan kSmall{2, 1, 14, 3};
 GridRecord small_grid(const Trial& trial, int threads) {
   RunnerOptions options;
   options.threads = threads;
-  Runner runner(options);
+  StudyRunner runner(options);
   plan_grid(trial, kSmall, nullptr, runner);
   runner.execute();
   return summarise_grid(trial, kSmall, runner);
@@ -98,7 +98,7 @@ TEST(Grid, ConvergenceIsWhere99PercentOfTheImprovementIsReached) {
 
 TEST(Engines, EveryEngineBuiltInRunsTheFinalSetting) {
   const Trial trial = pendulum_trial();
-  Runner runner({});
+  StudyRunner runner({});
   plan_engines(trial, kSmall, nullptr, runner);
   runner.execute();
   const std::vector<EngineRecord> records = summarise_engines(trial, kSmall, runner);

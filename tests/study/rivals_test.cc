@@ -20,7 +20,7 @@ struct Raced {
 Raced raced(const Trial& trial, int threads = 1) {
   RunnerOptions options;
   options.threads = threads;
-  Runner runner(options);
+  StudyRunner runner(options);
   plan_rivals(trial, kSmall, nullptr, runner);
   plan_recovery(trial, kSmall, nullptr, runner);
   runner.execute();
@@ -63,7 +63,7 @@ TEST(Rivals, TheRecommendationFollowsFromTheRuns) {
 TEST(Rivals, LeastSquaresFromManyStartsReachTheNoise) {
   const RivalsRecord record = raced(pendulum_trial()).rivals;
   for (const MethodRecord& m : record.methods) {
-    if (m.method != Method::multi_start) continue;
+    if (m.method != SearchMethod::multi_start) continue;
     EXPECT_EQ(m.success[0], 1.0);
   }
 }

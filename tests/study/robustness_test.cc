@@ -26,7 +26,7 @@ double rms_of(const RobustnessRecord& record, const std::string& condition, Sear
 RobustnessRecord record_of(const Trial& trial, int threads = 2) {
   RunnerOptions options;
   options.threads = threads;
-  Runner runner(options);
+  StudyRunner runner(options);
   const Robustness robustness(trial, 3, 1, 20, 25, nullptr);
   robustness.plan(runner);
   runner.execute();
@@ -72,7 +72,7 @@ TEST(Robustness, NormsAreJudgedByTheirRunsUnderOutliers) {
 
 TEST(Robustness, WithoutATruthThePlantIsTheBestFit) {
   const Trial trial = make_trial(swinging(), nullptr);
-  Runner runner({});
+  StudyRunner runner({});
   const Robustness robustness(trial, 1, 1, 14, 2, nullptr);
   robustness.plan(runner);
   runner.execute();

@@ -23,7 +23,7 @@ SearchRun run_of(double value) {
   return run;
 }
 
-TEST(Runner, CarriesOutEveryRunOnceOnAnyNumberOfThreads) {
+TEST(StudyRunner, CarriesOutEveryRunOnceOnAnyNumberOfThreads) {
   for (const int threads : {1, 3}) {
     RunnerOptions options;
     options.threads = threads;
@@ -32,7 +32,7 @@ TEST(Runner, CarriesOutEveryRunOnceOnAnyNumberOfThreads) {
       EXPECT_GE(p.done, last);
       last = p.done;
     };
-    Runner runner(options);
+    StudyRunner runner(options);
     std::atomic<int> calls{0};
     for (int k = 0; k < 20; ++k)
       runner.add("run" + std::to_string(k), 1.0 + k, [&calls, k] {
@@ -47,27 +47,27 @@ TEST(Runner, CarriesOutEveryRunOnceOnAnyNumberOfThreads) {
   }
 }
 
-TEST(Runner, RefusesTwoRunsOfOneName) {
-  Runner runner({});
+TEST(StudyRunner, RefusesTwoRunsOfOneName) {
+  StudyRunner runner({});
   runner.add("a", 1.0, [] { return run_of(1.0); });
   EXPECT_THROW(runner.add("a", 1.0, [] { return run_of(1.0); }), std::logic_error);
   EXPECT_THROW(runner.at("b"), std::logic_error);
 }
 
-TEST(Runner, TakesUpWhereItWasStoppedWithTheSameBits) {
+TEST(StudyRunner, TakesUpWhereItWasStoppedWithTheSameBits) {
   const test::TemporaryFolder folder;
   RunnerOptions options;
   options.checkpoint = folder.path() / "runs.jsonl";
   options.problem = "one";
   {
-    Runner runner(options);
+    StudyRunner runner(options);
     runner.add("done", 1.0, [] { return run_of(0.1); });
     runner.add("fails", 1.0, []() -> SearchRun { throw Interrupted(); });
     EXPECT_THROW(runner.execute(), Interrupted);
   }
   // A crash in the middle of a line.
   std::ofstream(options.checkpoint, std::ios::app) << R"({"key":"fails","point":["0x1p)";
-  Runner runner(options);
+  StudyRunner runner(options);
   int again = 0;
   runner.add("done", 1.0, [&again] {
     ++again;
@@ -87,16 +87,16 @@ TEST(Runner, TakesUpWhereItWasStoppedWithTheSameBits) {
   EXPECT_TRUE(std::isnan(restored.errors.parameter_index));
 }
 
-TEST(Runner, RefusesTheCheckpointOfAnotherProblem) {
+TEST(StudyRunner, RefusesTheCheckpointOfAnotherProblem) {
   const test::TemporaryFolder folder;
   RunnerOptions options;
   options.checkpoint = folder.path() / "runs.jsonl";
   options.problem = "one";
-  { const Runner runner(options); }
+  { const StudyRunner runner(options); }
   options.problem = "two";
-  EXPECT_THROW(Runner{options}, InputError);
+  EXPECT_THROW(StudyRunner{options}, InputError);
   std::ofstream(options.checkpoint) << "nonsense\n";
-  EXPECT_THROW(Runner{options}, InputError);
+  EXPECT_THROW(StudyRunner{options}, InputError);
 }
 
 }  // namespace
