@@ -40,7 +40,7 @@ struct JointCompliance {
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return select(acts(p), side(p, s).effort(s.z[0] - s.q) - s.drive, T(0.0));
+    return select(acts(p), side(p, s).carried(s.drive, s.z[0] - s.q, s.z[1] - s.v) - s.drive, T(0.0));
   }
 
  private:

@@ -15,16 +15,23 @@ struct Transmission {
   static constexpr double kFastest = 2e-3;  ///< s
 
   T k, half, S, D, J;  ///< N m/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, m, N/m, N s/m, kg)
+  T share, bend;       ///< of J that is the side's own, of the lead that k itself lets happen
 
   static Transmission of(const JointView<T>& s, const T& k, const T& half, const T& inertia) {
     constexpr double kLeast = 1e-9;  // kg m^2: a side without a damper keeps some
     const T J = max(larger(inertia, s.damping * T(kFastest)), T(kLeast));
     const T softness = larger(T(1.0) / k, T(kFastest * kFastest) / J);
-    return {T(1.0) / softness, half, s.stiffness, s.damping, J};
+    return {T(1.0) / softness, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
   }
 
   /// Effort on the link.
   T effort(const T& e) const { return k * (max(e - half, T(0.0)) + min(e + half, T(0.0))); }
+
+  /// The same where there is no free travel: what J was raised by and k lowered to leave no trace, so that a stiff spring
+  /// before a light side is the plain model.
+  T carried(const T& tau0, const T& e, const T& rate) const {
+    return share * effort(e) + (T(1.0) - share) * (tau0 - bend * (D * rate + S * e));
+  }
 
   /// Lead at which the side rests under tau0 while the link is held.
   T settled(const T& tau0) const {
