@@ -177,7 +177,7 @@ TEST_F(Job, AKilledRankEndsItAndARerunResumes) {
 }
 
 TEST_F(Job, AnInterruptionEndsItAndOneProcessResumes) {
-  constexpr int kGenerations = 80;
+  constexpr int kGenerations = 400;  // long enough to be met at work
   const fs::path whole = arm_.folder() / "whole", parts = arm_.folder() / "parts";
   ASSERT_EQ(lacuna(identify(whole, kGenerations)).code, 0);
   std::optional<Outcome> ended;
@@ -185,6 +185,7 @@ TEST_F(Job, AnInterruptionEndsItAndOneProcessResumes) {
     fs::remove_all(parts);
     ended = harmed_run(identify(parts, kGenerations), parts / "checkpoint.json",
                        [](const Program& program) { program.interrupt(); });
+    if (fs::exists(parts / "fit.json")) ended.reset();  // done all the same; mpirun calls that a failure
   }
   ASSERT_TRUE(ended) << "always done before the signal";
   EXPECT_THAT(ended->err, HasSubstr("lacuna: interrupted; the same command resumes from"));
