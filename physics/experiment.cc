@@ -309,7 +309,10 @@ double noise_from_differences(const std::vector<double>& time, const std::vector
   }
   if (blocks.empty()) return floor > 0.0 ? floor : std::nan("");
   std::nth_element(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(blocks.size() / 2), blocks.end());
-  return std::max(floor, std::sqrt(blocks[blocks.size() / 2]));
+  // Neighbouring differences of white noise correlate as C(12, 6-k)/C(12, 6): a block of 25 holds 25/3.17 degrees of
+  // freedom, and the median of its mean square lies below the mean by the factor of Wilson and Hilferty.
+  constexpr double kFreedom = static_cast<double>(kBlock) / 3.17, kRoot = 1.0 - 2.0 / (9.0 * kFreedom);
+  return std::max(floor, std::sqrt(blocks[blocks.size() / 2] / (kRoot * kRoot * kRoot)));
 }
 
 std::vector<int> Experiment::with_role(Role role) const {
