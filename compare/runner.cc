@@ -212,13 +212,16 @@ Trajectory run_truth(const Motion& motion, TruthOptions options) {
 }  // namespace
 
 Trajectory Runner::run_adaptive(double tolerance, const StopFlag* stop) const {
-  return run_truth(motion_, {.engine = engine_, .tolerance = tolerance, .settle = false, .stop = stop});
+  return run_truth(motion_, {.engine = engine_, .tolerance = tolerance, .settle = false, .outside = {}, .stop = stop});
 }
 
 Trajectory run_referee(const Motion& motion, double tolerance, double memory_step, const StopFlag* stop) {
-  return run_truth(
-      motion,
-      {.tolerance = tolerance, .memory_step = memory_step, .settle = false, .extended_precision = true, .stop = stop});
+  return run_truth(motion, {.tolerance = tolerance,
+                            .memory_step = memory_step,
+                            .settle = false,
+                            .extended_precision = true,
+                            .outside = {},
+                            .stop = stop});
 }
 
 }  // namespace lacuna

@@ -81,7 +81,7 @@ std::string improvement(const Scenario& scenario, const Diagnosis& diagnosis, co
   if (!std::isfinite(from) || !std::isfinite(to)) {
     const std::string shown = joint.empty() && !after.empty() ? after.front().first : joint;
     from = entry_of(before, shown), to = entry_of(after, shown);
-    tail = " " + residual_unit(scenario, &diagnosis, shown) + " rms";
+    tail = fmt::format(" {} rms", residual_unit(scenario, &diagnosis, shown));
     if (joint.empty() && after.size() > 1) tail += " at " + shown;
   }
   if (!std::isfinite(to)) return {};

@@ -50,7 +50,9 @@ TEST(JointGap, OfARobotAtRestIsNone) {
     const std::vector<double> q{0.2, 0.7}, v{0.0, 0.0};
     const auto gap = dynamics->native_joint_gap(q, v, 1e-3, 10, 0.0);
     EXPECT_EQ(gap.has_value(), engine->info().name == "ode");
-    if (gap) EXPECT_LT(gap->distance + gap->angle, 1e-12);
+    if (gap) {
+      EXPECT_LT(gap->distance + gap->angle, 1e-12);
+    }
     EXPECT_THROW(dynamics->native_joint_gap(q, v, 0.0, 10, 0.0), std::invalid_argument);
     EXPECT_THROW(dynamics->native_joint_gap(q, v, 1e-3, 10, 1.5), std::invalid_argument);
   }
