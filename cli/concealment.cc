@@ -89,11 +89,6 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
   return space.expand(space.contract(values));
 }
 
-/// The parameter that a strength means: the first one, or for a contact, whose first one says only where, the second.
-std::size_t leading(const std::vector<EffectParameter>& parameters) {
-  return parameters.front().info->scale == Scale::reach && parameters.size() > 1 ? 1 : 0;
-}
-
 /// An effect of the catalogue at its place with all its parameters.
 class Hidden {
  public:
@@ -120,26 +115,22 @@ class Hidden {
                                 : p.info->neutral);
     }
     put_given(where);
-    if (values_[leading(parameters_)] == parameters_[leading(parameters_)].info->neutral)
+    if (strength() == leading_parameter(info_).neutral)
       throw InputError(where, "a strength that does nothing", "another value");
   }
 
   const HiddenEffect& asked() const { return asked_; }
-  double strength() const { return values_[leading(parameters_)]; }
-  /// The effect `factor` times as strong: the leading parameter and those like it.
+  double strength() const {
+    const auto at = std::find_if(parameters_.begin(), parameters_.end(),
+                                 [&](const EffectParameter& p) { return p.info == &leading_parameter(info_); });
+    return values_[static_cast<std::size_t>(at - parameters_.begin())];
+  }
+  /// The effect `factor` times as strong.
   EffectSpec spec(double factor) const {
     EffectSpec out{asked_.effect, asked_.place, {}, asked_.recordings, "--effect"};
-    const ParameterInfo& lead = *parameters_[leading(parameters_)].info;
     for (std::size_t k = 0; k < values_.size(); ++k) {
       const ParameterInfo& p = *parameters_[k].info;
-      double value = values_[k];
-      if (p.coordinate == Coordinate::inverse)
-        value /= p.scale == lead.scale ? factor : 1.0;
-      else if (p.coordinate == Coordinate::logarithm)  // what it has none of at 0 or at infinity goes along
-        value *= p.neutral == 0.0 ? factor : 1.0 / factor;
-      else if (p.scale == lead.scale && !p.optional)
-        value = p.neutral + factor * (value - p.neutral);
-      out.parameters[parameters_[k].key] = std::clamp(value, p.lower, p.upper);
+      out.parameters[parameters_[k].key] = std::clamp(strengthened(info_, p, values_[k], factor), p.lower, p.upper);
     }
     return out;
   }

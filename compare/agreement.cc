@@ -25,15 +25,6 @@ double relative(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(off / size);
 }
 
-/// An engine with the motion's parameters.
-std::unique_ptr<Dynamics> build(const std::string& engine, const Motion& motion) {
-  const std::vector<double>& values = motion.phases.front().values;
-  auto dynamics = find_engine(engine).build(motion.model.robot_ptr(), motion.model.gravity(values));
-  const std::vector<Inertial> bodies = motion.model.inertials(values);
-  for (int i = 0; i < motion.model.dof(); ++i) dynamics->set_inertial(i, bodies[static_cast<std::size_t>(i)]);
-  return dynamics;
-}
-
 Tree<long double> extended_tree(const Motion& motion) {
   const std::vector<double>& values = motion.phases.front().values;
   Tree<long double> tree(motion.model.robot());
@@ -105,7 +96,7 @@ void measure_agreement(const Motion& motion, std::uint64_t seed, int threads, co
                        EngineComparison& out, int states) {
   std::vector<Worker> workers;
   for (int w = 0; w < std::max(1, threads); ++w)
-    workers.push_back({build(out.engine, motion), build("featherstone", motion), extended_tree(motion)});
+    workers.push_back({build_engine(out.engine, motion), build_engine("featherstone", motion), extended_tree(motion)});
   std::vector<StateResult> results(static_cast<std::size_t>(states));
   parallel_for(
       static_cast<int>(workers.size()), states,

@@ -12,18 +12,10 @@ namespace {
 
 constexpr double kDefaultErp = 0.2;  // of an ODE world that nobody changed
 
-std::unique_ptr<Dynamics> build(const std::string& engine, const Motion& motion) {
-  const std::vector<double>& values = motion.phases.front().values;
-  auto dynamics = find_engine(engine).build(motion.model.robot_ptr(), motion.model.gravity(values));
-  const std::vector<Inertial> bodies = motion.model.inertials(values);
-  for (int i = 0; i < motion.model.dof(); ++i) dynamics->set_inertial(i, bodies[static_cast<std::size_t>(i)]);
-  return dynamics;
-}
-
 }  // namespace
 
 double energy_drift(const Motion& motion, const Trajectory& run) {
-  const auto dynamics = build("featherstone", motion);
+  const auto dynamics = build_engine("featherstone", motion);
   double change = 0.0, kinetic = 0.0, start = 0.0;
   for (std::size_t k = 0; k < run.q.size(); ++k) {
     const Energy energy = dynamics->energy(run.q[k], run.v[k]);
@@ -36,7 +28,7 @@ double energy_drift(const Motion& motion, const Trajectory& run) {
 }
 
 double momentum_drift(const Motion& motion, const Trajectory& run) {
-  const auto dynamics = build("featherstone", motion);
+  const auto dynamics = build_engine("featherstone", motion);
   double change = 0.0, size = 0.0, start = 0.0;
   Eigen::MatrixXd mass;
   for (std::size_t k = 0; k < run.q.size(); ++k) {
@@ -57,7 +49,7 @@ double momentum_drift(const Motion& motion, const Trajectory& run) {
 
 std::vector<JointDrift> joint_drift(const std::string& engine, const Motion& motion, double step) {
   std::vector<JointDrift> out;
-  const auto dynamics = build(engine, motion);
+  const auto dynamics = build_engine(engine, motion);
   const Segment& segment = motion.phases.front().segment;
   const int steps = static_cast<int>(std::lround(motion.duration() / step));
   for (const double correction : {0.0, kDefaultErp}) {

@@ -263,6 +263,14 @@ Motion free_motion_of(const Scenario& scenario, const Motion& motion, double sec
   return out;
 }
 
+std::unique_ptr<Dynamics> build_engine(const std::string& engine, const Motion& motion) {
+  const std::vector<double>& values = motion.phases.front().values;
+  auto dynamics = find_engine(engine).build(motion.model.robot_ptr(), motion.model.gravity(values));
+  const std::vector<Inertial> bodies = motion.model.inertials(values);
+  for (int i = 0; i < motion.model.dof(); ++i) dynamics->set_inertial(i, bodies[static_cast<std::size_t>(i)]);
+  return dynamics;
+}
+
 std::vector<double> speeds_after_pickup(const PlantModel& model, const std::vector<double>& values_before,
                                         const std::vector<double>& values_after, const std::vector<double>& q,
                                         const std::vector<double>& v) {

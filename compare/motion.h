@@ -1,10 +1,12 @@
 // What is moved in a comparison: one plant from one start under given commands, in one or two phases.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "backends/engine.h"
 #include "physics/experiment.h"
 #include "physics/plant_model.h"
 #include "scenarios/scenario.h"
@@ -29,6 +31,9 @@ struct Motion {
   Motion first(double seconds) const;
   std::vector<double> times() const;  ///< s, of all samples; a phase begins with the sample that ends the one before
 };
+
+/// An engine with the mass properties and the gravity of the motion's first phase. Throws WorkError where it is missing.
+std::unique_ptr<Dynamics> build_engine(const std::string& engine, const Motion& motion);
 
 /// Spacing of the samples of a motion without commands, and so its longest step, s; a short motion has 32 of them.
 inline constexpr double kFreeSpacing = 0.064;

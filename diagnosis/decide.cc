@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/partial.h"
 
 namespace lacuna {
 namespace {

@@ -1,20 +1,17 @@
 #include "diagnosis/screen.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 
-#include "physics/effects/table.h"
+#include "diagnosis/partial.h"
+#include "diagnosis/projector.h"
 
 namespace lacuna {
 namespace {
 
-/// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay finite.
-constexpr double kWidest = 1e3;
-constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
 constexpr double kLeastStep = 1e-9;  ///< of that difference, relative to the range searched
@@ -39,36 +36,6 @@ struct Chain {
   double promise = HUGE_VAL;      ///< residual energy expected after the first step
   std::vector<double> first_own;  ///< own coordinates at the start
   bool alive = true;
-};
-
-/// What the plain parameters can take up, to first order, projected off.
-class Projector {
- public:
-  explicit Projector(const Eigen::MatrixXd& jacobian) {
-    Eigen::MatrixXd scaled = jacobian;
-    for (Eigen::Index a = 0; a < scaled.cols(); ++a) scaled.col(a) /= std::max(scaled.col(a).norm(), 1e-300);
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
-    basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(jacobian.rows(), qr.rank());
-  }
-
-  /// What the plain parameters leave of a change of the prediction.
-  Eigen::VectorXd rest(const Eigen::VectorXd& change) const { return change - basis_ * (basis_.transpose() * change); }
-
-  /// Energy of `residual` after the best step of plain parameters and own ones (within `room`), to first order.
-  double left_over(const Eigen::VectorXd& residual, const Eigen::MatrixXd& own, const Eigen::MatrixX2d& room) const {
-    const Eigen::VectorXd r = rest(residual);
-    const Eigen::MatrixXd G = own - basis_ * (basis_.transpose() * own);
-    Eigen::MatrixXd normal = G.transpose() * G;
-    normal.diagonal() *= 1.0 + kDamping;
-    normal.diagonal().array() += 1e-300;
-    const Eigen::VectorXd step =
-        normal.ldlt().solve(-(G.transpose() * r).eval()).cwiseMax(room.col(0)).cwiseMin(room.col(1));
-    if (!step.allFinite()) return HUGE_VAL;
-    return std::min(r.squaredNorm(), (r + G * step).squaredNorm());
-  }
-
- private:
-  Eigen::MatrixXd basis_;  ///< orthonormal columns
 };
 
 /// All starts of one effect, in a model that holds it at every place at its neutral value.
@@ -208,16 +175,6 @@ class EffectScreen {
     return values;
   }
 
-  /// Whether own parameter p of a chain is a strength: the leading one, and those of its kind.
-  bool is_strength(const Chain& chain, std::size_t p) const {
-    auto info = [&](std::size_t k) {
-      return model_.parameters()[static_cast<std::size_t>(chain.axes[k].parameter)].info;
-    };
-    const std::size_t lead = info(0)->scale == Scale::reach && chain.axes.size() > 1 ? 1 : 0;
-    return p == lead ||
-           (info(p)->scale == info(lead)->scale && info(lead)->scale != Scale::ratio && !info(p)->optional);
-  }
-
   /// Brings every start's strength down until the effect changes the prediction by no more than what there is to explain
   /// (plain parameters projected off): beyond that its linearisation says nothing.
   void size_starts(const Projector& projector) {
@@ -233,21 +190,22 @@ class EffectScreen {
         const double size = residuals[k].allFinite() ? projector.rest(residuals[k] - plain).norm() : HUGE_VAL;
         if (size <= kStrongest * target) continue;
         const double factor = std::clamp(target / size, 1e-3, 0.5);
-        for (std::size_t p = 0; p < chain.axes.size(); ++p) {
-          if (!is_strength(chain, p)) continue;
-          double& own = chain.x(base_ + static_cast<Eigen::Index>(p));
-          const double neutral = neutral_of(chain.axes[p]);
-          own = neutral + factor * (own - neutral);
-        }
+        weaken(chain, factor);
         changed = true;
       }
       if (!changed) break;
     }
     drop_twins();
   }
-  /// A parameter's neutral value in its search coordinate.
-  double neutral_of(const Axis& axis) const {
-    return to_search(axis.coordinate, model_.parameters()[static_cast<std::size_t>(axis.parameter)].neutral);
+  void weaken(Chain& chain, double factor) const {
+    const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
+    for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+      const Axis& axis = chain.axes[p];
+      const ParameterInfo& own = *model_.parameters()[static_cast<std::size_t>(axis.parameter)].info;
+      double& x = chain.x(base_ + static_cast<Eigen::Index>(p));
+      const double value = strengthened(info, own, from_search(axis.coordinate, x), factor);
+      x = std::clamp(to_search(axis.coordinate, value), axis.lower, axis.upper);
+    }
   }
   /// Starts that sizing has brought together are one.
   void drop_twins() {
@@ -423,127 +381,7 @@ class EffectScreen {
   std::vector<Chain> chains_;
 };
 
-bool moves_under_command(const Experiment& experiment, int joint) {
-  return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
-}
-
-/// Whether an effect can act at joint j at all: on a command or an actuator where there is one, on a motion where it is
-/// measured and moves, on a reading where positions are predicted.
-bool can_act(const Hooks<double>& hooks, const CurrentModel& current, const Experiment& experiment, int j) {
-  const bool driven =
-      current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
-  if (hooks.command != nullptr || hooks.delay != nullptr) return driven;
-  if (hooks.sense != nullptr && std::holds_alternative<InverseDynamics>(experiment.prediction)) return false;
-  return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
-}
-
-/// Whether joint j's actuator stands for a valve and a cylinder: all models do but those whose command is the effort.
-bool is_hydraulic(const CurrentModel& current, int j) {
-  const int type = current.model.actuators()[static_cast<std::size_t>(j)].type;
-  return type >= 0 && std::string(actuator_table()[static_cast<std::size_t>(type)].name) != "direct_effort";
-}
-
-/// Places where the effect can show.
-std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
-  std::vector<EffectSpec> out;
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
-  if (info.where == Where::arm) {
-    bool any = !info.hydraulic;
-    for (int j = 0; j < current.model.dof(); ++j) any = any || is_hydraulic(current, j);
-    if (any) out.push_back({info.name, "arm", {}, {}, info.name});
-  } else {
-    for (int j = 0; j < current.model.dof(); ++j) {
-      if (!can_act(hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
-      out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
-    }
-  }
-  std::erase_if(out, [&](const EffectSpec& s) { return current.model.find_effect_at(s.effect, s.place) >= 0; });
-  return out;
-}
-
-std::vector<std::string> files_of(const Experiment& experiment, Role role) {
-  std::vector<std::string> out;
-  for (const int s : experiment.with_role(role)) {
-    const std::string& file = experiment.segments[static_cast<std::size_t>(s)].file;
-    if (std::find(out.begin(), out.end(), file) == out.end()) out.push_back(file);
-  }
-  return out;
-}
-
-/// Train recordings in which the effect seems to be on: its size is estimated recording by recording, all parameters
-/// free, to first order; on are those above half of the largest, measured from the smallest (the plain parameters
-/// may have taken up what is common to all).
-std::vector<std::string> likely_recordings(const CurrentModel& current, const Experiment& experiment,
-                                           const ScreenOptions& options, const EffectSpec& spec) {
-  const std::vector<int> train = experiment.with_role(Role::train);
-  const std::vector<std::string> files = files_of(experiment, Role::train);
-  if (files.size() < 2) return {};
-  const PlantModel model = current.model.with_effects({spec});
-  const Component& component = model.effects().back();
-  const Axis axis = effect_axes(model, experiment, component, spec).front();
-  const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
-  const double size =
-      info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
-  Problem problem(model, experiment, current.space, options.simulator, current.weights);
-  std::vector<double> values = model.values();
-  const std::vector<double> plain = current.space.expand(current.fit.point);
-  std::copy(plain.begin(), plain.end(), values.begin());
-  values[static_cast<std::size_t>(axis.parameter)] = size;
-  const std::vector<std::vector<double>> one{values};
-  const Eigen::VectorXd column = (problem.residuals_of(one, train).front() - current.fit.residual) / size;
-  const Eigen::Index base = current.fit.jacobian.cols(), count = static_cast<Eigen::Index>(files.size());
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(column.size(), base + count);
-  J.leftCols(base) = current.fit.jacobian;
-  for (const ResidualBlock& block : problem.layout(train)) {
-    const std::string& file = experiment.segments[static_cast<std::size_t>(block.segment)].file;
-    const auto place = std::find(files.begin(), files.end(), file) - files.begin();
-    J.col(base + place).segment(block.first, block.count) = column.segment(block.first, block.count);
-  }
-  Eigen::MatrixXd normal = J.transpose() * J;
-  normal.diagonal() *= 1.0 + kDamping;
-  const Eigen::VectorXd sizes = normal.ldlt().solve(-(J.transpose() * current.fit.residual).eval()).tail(count);
-  if (!sizes.allFinite()) return {};
-  const double low = sizes.minCoeff(), high = sizes.maxCoeff();
-  std::vector<std::string> on;
-  for (Eigen::Index k = 0; k < count; ++k) {
-    if (sizes(k) > 0.5 * (low + high)) on.push_back(files[static_cast<std::size_t>(k)]);
-  }
-  return on.size() < files.size() ? on : std::vector<std::string>{};
-}
-
 }  // namespace
-
-std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
-                              const EffectSpec& spec) {
-  std::vector<Axis> axes;
-  for (int k = 0; k < component.count; ++k) {
-    const int index = component.first + k;
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
-    if (spec.parameters.count(p.key) > 0) continue;
-    const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
-    Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
-    if (axis.coordinate == Coordinate::inverse) {
-      axis.lower = std::isfinite(p.upper) ? 1.0 / p.upper : 0.0;
-      axis.upper = std::min(1.0 / p.lower, kWidest / size);
-      axis.start = 1.0 / p.value;
-    } else if (axis.coordinate == Coordinate::logarithm) {
-      axis.lower = std::log(std::max(p.lower, size / kWidest));
-      axis.upper = std::log(std::min(p.upper, kWidest * size));
-      axis.start = std::clamp(std::log(p.value), axis.lower, axis.upper);
-    } else if (p.info->scale == Scale::time) {
-      axis.upper = std::min(p.upper, kShortestTime);
-    } else if (p.info->scale == Scale::length) {
-      axis.lower = std::max(p.lower, -size);
-      axis.upper = std::min(p.upper, size);
-    } else {
-      // What must stay positive starts at a thousandth of its size, below any resolution.
-      axis.lower = std::max(p.lower, p.info->optional ? 1e-3 * size : -kWidest * size);
-      axis.upper = std::min(p.upper, kWidest * size);
-    }
-    axes.push_back(axis);
-  }
-  return axes;
-}
 
 std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
                                            const ScreenOptions& options) {
@@ -562,7 +400,7 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
     look(specs);
     if (!table[e].per_recording) continue;
     for (EffectSpec partial : specs) {
-      partial.recordings = likely_recordings(current, experiment, options, partial);
+      partial.recordings = likely_recordings(current, experiment, options.simulator, partial);
       if (!partial.recordings.empty()) look({partial});
     }
   }
@@ -580,60 +418,6 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
     screens[k].reset();  // its sensitivities are large
   }
   return out;
-}
-
-CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
-                      const std::vector<double>& point, const std::vector<double>& own) {
-  CurrentModel out{current.model.with_effects({spec}), current.space, current.weights, {}};
-  const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back(), spec);
-  for (const Axis& axis : axes) out.space.add(out.model, axis);
-  out.fit.point = point;
-  for (std::size_t k = 0; k < own.size(); ++k)
-    out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));
-  return out;
-}
-
-std::vector<std::string> recordings_with_effect(const PlantModel& model, const Component& component,
-                                                std::span<const double> values, const Experiment& experiment,
-                                                const SimulatorOptions& options, const std::vector<double>& weights,
-                                                const std::vector<Role>& roles) {
-  constexpr double kLook = 1.0;  // s of a recording's start that decide
-  std::vector<int> first;        // the first segment of every file
-  std::vector<std::string> files;
-  for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
-    const Segment& segment = experiment.segments[s];
-    if (std::find(roles.begin(), roles.end(), segment.role) == roles.end()) continue;
-    if (std::find(files.begin(), files.end(), segment.file) != files.end()) continue;
-    files.push_back(segment.file);
-    first.push_back(static_cast<int>(s));
-  }
-  std::vector<std::vector<double>> both(2, std::vector<double>(values.begin(), values.end()));
-  for (int k = 0; k < component.count; ++k) {
-    const auto i = static_cast<std::size_t>(component.first + k);
-    both[1][i] = model.parameters()[i].neutral;
-  }
-  std::vector<std::array<double, 2>> energy(experiment.segments.size(), {0.0, 0.0});
-  const auto energy_of = [&](int which, int s) -> double& {
-    return energy[static_cast<std::size_t>(s)][static_cast<std::size_t>(which)];
-  };
-  const auto sum = [&](int which, int s, const auto& predicted) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
-    for (std::size_t c = 0; c < predicted.size() && c < segment.measured.size(); ++c) {
-      for (std::size_t k = 0; k < segment.count && segment.time(k) - segment.time(0) <= kLook; ++k) {
-        const double e = (predicted[c][k] - segment.measured[c][k]) / weights[c];
-        if (std::isfinite(e)) energy_of(which, s) += e * e;
-      }
-    }
-  };
-  make_simulator(model, experiment, options)->run(both, first, sum, [&](int which, int s) {
-    return std::as_writable_bytes(std::span(&energy_of(which, s), 1));
-  });
-  std::vector<std::string> on;
-  for (std::size_t k = 0; k < files.size(); ++k) {
-    const auto& [with, without] = energy[static_cast<std::size_t>(first[k])];
-    if (with < without) on.push_back(files[k]);
-  }
-  return on;
 }
 
 }  // namespace lacuna

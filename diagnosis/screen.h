@@ -9,18 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "ga/least_squares.h"
-#include "physics/catalogue.h"
+#include "diagnosis/candidates.h"
 
 namespace lacuna {
-
-/// The model under diagnosis as identified so far.
-struct CurrentModel {
-  PlantModel model;
-  SearchSpace space;
-  std::vector<double> weights;  ///< rms per predicted channel
-  LeastSquaresResult fit;       ///< on the train segments
-};
 
 /// An effect at a place, with all parameters re-identified.
 struct ScreenedEffect {
@@ -43,20 +34,5 @@ struct ScreenOptions {
 /// Every effect of the catalogue at every place where it can act and does not stand yet; the best of its starts.
 std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
                                            const ScreenOptions& options);
-
-/// The current model with one more effect, its parameters as further axes; `own` are their start coordinates.
-CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
-                      const std::vector<double>& point, const std::vector<double>& own);
-
-/// Axes of an effect's own parameters in `model`, where it stands at `component`; those that `spec` names are fixed.
-std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
-                              const EffectSpec& spec);
-
-/// Files among `segments`' recordings in which an effect that may act in some only is on: those whose first second
-/// the model predicts better with it than without. `values` include the effect.
-std::vector<std::string> recordings_with_effect(const PlantModel& model, const Component& component,
-                                                std::span<const double> values, const Experiment& experiment,
-                                                const SimulatorOptions& options, const std::vector<double>& weights,
-                                                const std::vector<Role>& roles);
 
 }  // namespace lacuna

@@ -29,4 +29,17 @@ const std::vector<EffectInfo>& effect_table() {
 int find_actuator(const std::string& name) { return find_in(actuator_table(), name); }
 int find_effect(const std::string& name) { return find_in(effect_table(), name); }
 
+const ParameterInfo& leading_parameter(const EffectInfo& effect) {
+  const auto& p = effect.parameters;
+  return p.front().scale == Scale::reach && p.size() > 1 ? p[1] : p.front();
+}
+
+double strengthened(const EffectInfo& effect, const ParameterInfo& p, double value, double factor) {
+  const ParameterInfo& lead = leading_parameter(effect);
+  if (p.coordinate == Coordinate::logarithm) return p.neutral == 0.0 ? value * factor : value / factor;
+  const bool alike = p.scale == lead.scale && p.scale != Scale::ratio && !p.optional;
+  if (p.name != lead.name && !alike) return value;
+  return p.coordinate == Coordinate::inverse ? value / factor : p.neutral + factor * (value - p.neutral);
+}
+
 }  // namespace lacuna

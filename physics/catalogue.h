@@ -35,6 +35,13 @@ struct EffectInfo {
 const std::vector<ActuatorInfo>& actuator_table();
 const std::vector<EffectInfo>& effect_table();
 
+/// The parameter that is an effect's strength: its first, or for a contact, whose first says only where, its second.
+const ParameterInfo& leading_parameter(const EffectInfo& effect);
+/// Value of the effect's parameter p when the effect is made `factor` times as strong: the leading one moves from its
+/// neutral value, those of its scale with it; one that is searched by its logarithm goes towards the 0 or the infinity
+/// that is its neutral value; the rest stay.
+double strengthened(const EffectInfo& effect, const ParameterInfo& p, double value, double factor);
+
 /// Index in the table, or -1.
 int find_actuator(const std::string& name);
 int find_effect(const std::string& name);

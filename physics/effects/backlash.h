@@ -6,7 +6,7 @@ namespace lacuna {
 
 /// Free travel between actuator and link. In contact the actuator's side pulls the link through a stiffness; in flight the
 /// link gets nothing, and that side crosses the gap against the actuator's own damper and spring. Neutral at gap = 0.
-struct Backlash {
+struct Backlash : SideOfItsOwn<Backlash> {
   static EffectInfo info() {
     return {"backlash",
             "Backlash",
@@ -27,24 +27,11 @@ struct Backlash {
               Coordinate::logarithm},
              side_inertia()}};
   }
-  static constexpr int states = 2;  // theta, rad, and theta', rad/s
-  template <class T>
-  static void initial(const T* p, const JointView<T>& s, const T&, T* out) {
-    out[0] = s.q + select(acts(p), side(p, s).settled(s.drive), T(0.0));
-    out[1] = s.v;
-  }
-  template <class T>
-  static void rate(const T* p, const JointView<T>& s, T* out) {
-    const Mask<T> loose = acts(p);
-    out[0] = select(loose, s.z[1], s.v);
-    out[1] = select(loose, side(p, s).acceleration(s.drive, s.z[0] - s.q, s.z[1] - s.v), T(0.0));
-  }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
     return select(acts(p), side(p, s).effort(s.z[0] - s.q) - s.drive, T(0.0));
   }
 
- private:
   template <class T>
   static Mask<T> acts(const T* p) {
     return p[0] > T(0.0);

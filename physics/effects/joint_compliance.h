@@ -6,7 +6,7 @@ namespace lacuna {
 
 /// A spring between actuator and link. The actuator's side carries the actuator's own damper and spring: a load bends the
 /// joint by load/k, and a command arrives late by about D/k. Neutral at k = infinity.
-struct JointCompliance {
+struct JointCompliance : SideOfItsOwn<JointCompliance> {
   static EffectInfo info() {
     return {"joint_compliance",
             "Joint compliance",
@@ -26,24 +26,11 @@ struct JointCompliance {
               Coordinate::inverse},
              side_inertia()}};
   }
-  static constexpr int states = 2;  // theta, rad, and theta', rad/s
-  template <class T>
-  static void initial(const T* p, const JointView<T>& s, const T&, T* out) {
-    out[0] = s.q + select(acts(p), side(p, s).settled(s.drive), T(0.0));
-    out[1] = s.v;
-  }
-  template <class T>
-  static void rate(const T* p, const JointView<T>& s, T* out) {
-    const Mask<T> soft = acts(p);
-    out[0] = select(soft, s.z[1], s.v);
-    out[1] = select(soft, side(p, s).acceleration(s.drive, s.z[0] - s.q, s.z[1] - s.v), T(0.0));
-  }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
     return select(acts(p), side(p, s).carried(s.drive, s.z[0] - s.q, s.z[1] - s.v) - s.drive, T(0.0));
   }
 
- private:
   template <class T>
   static Mask<T> acts(const T* p) {
     return T(1.0) / p[0] > T(0.0);

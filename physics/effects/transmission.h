@@ -51,6 +51,23 @@ struct Transmission {
   }
 };
 
+/// The hooks that carry the actuator's side of effect E, which says when it acts and by which Transmission.
+template <class E>
+struct SideOfItsOwn {
+  static constexpr int states = 2;  // theta, rad, and theta', rad/s
+  template <class T>
+  static void initial(const T* p, const JointView<T>& s, const T&, T* out) {
+    out[0] = s.q + select(E::acts(p), E::side(p, s).settled(s.drive), T(0.0));
+    out[1] = s.v;
+  }
+  template <class T>
+  static void rate(const T* p, const JointView<T>& s, T* out) {
+    const Mask<T> acts = E::acts(p);
+    out[0] = select(acts, s.z[1], s.v);
+    out[1] = select(acts, E::side(p, s).acceleration(s.drive, s.z[0] - s.q, s.z[1] - s.v), T(0.0));
+  }
+};
+
 inline ParameterInfo side_inertia() {
   return {"J",
           "kg m^2",

@@ -1,0 +1,97 @@
+#include "diagnosis/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/effects/table.h"
+
+namespace lacuna {
+namespace {
+
+/// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay finite.
+constexpr double kWidest = 1e3;
+constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
+
+bool moves_under_command(const Experiment& experiment, int joint) {
+  return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
+}
+
+/// Whether an effect can act at joint j at all: on a command or an actuator where there is one, on a motion where it is
+/// measured and moves, on a reading where positions are predicted.
+bool can_act(const Hooks<double>& hooks, const CurrentModel& current, const Experiment& experiment, int j) {
+  const bool driven =
+      current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
+  if (hooks.command != nullptr || hooks.delay != nullptr) return driven;
+  if (hooks.sense != nullptr && std::holds_alternative<InverseDynamics>(experiment.prediction)) return false;
+  return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
+}
+
+/// Whether joint j's actuator stands for a valve and a cylinder: all models do but those whose command is the effort.
+bool is_hydraulic(const CurrentModel& current, int j) {
+  const int type = current.model.actuators()[static_cast<std::size_t>(j)].type;
+  return type >= 0 && std::string(actuator_table()[static_cast<std::size_t>(type)].name) != "direct_effort";
+}
+
+}  // namespace
+
+std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
+  std::vector<EffectSpec> out;
+  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
+  if (info.where == Where::arm) {
+    bool any = !info.hydraulic;
+    for (int j = 0; j < current.model.dof(); ++j) any = any || is_hydraulic(current, j);
+    if (any) out.push_back({info.name, "arm", {}, {}, info.name});
+  } else {
+    for (int j = 0; j < current.model.dof(); ++j) {
+      if (!can_act(hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
+      out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
+    }
+  }
+  std::erase_if(out, [&](const EffectSpec& s) { return current.model.find_effect_at(s.effect, s.place) >= 0; });
+  return out;
+}
+
+std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
+                              const EffectSpec& spec) {
+  std::vector<Axis> axes;
+  for (int k = 0; k < component.count; ++k) {
+    const int index = component.first + k;
+    const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+    if (spec.parameters.count(p.key) > 0) continue;
+    const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
+    Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
+    if (axis.coordinate == Coordinate::inverse) {
+      axis.lower = std::isfinite(p.upper) ? 1.0 / p.upper : 0.0;
+      axis.upper = std::min(1.0 / p.lower, kWidest / size);
+      axis.start = 1.0 / p.value;
+    } else if (axis.coordinate == Coordinate::logarithm) {
+      axis.lower = std::log(std::max(p.lower, size / kWidest));
+      axis.upper = std::log(std::min(p.upper, kWidest * size));
+      axis.start = std::clamp(std::log(p.value), axis.lower, axis.upper);
+    } else if (p.info->scale == Scale::time) {
+      axis.upper = std::min(p.upper, kShortestTime);
+    } else if (p.info->scale == Scale::length) {
+      axis.lower = std::max(p.lower, -size);
+      axis.upper = std::min(p.upper, size);
+    } else {
+      // What must stay positive starts at a thousandth of its size, below any resolution.
+      axis.lower = std::max(p.lower, p.info->optional ? 1e-3 * size : -kWidest * size);
+      axis.upper = std::min(p.upper, kWidest * size);
+    }
+    axes.push_back(axis);
+  }
+  return axes;
+}
+
+CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
+                      const std::vector<double>& point, const std::vector<double>& own) {
+  CurrentModel out{current.model.with_effects({spec}), current.space, current.weights, {}};
+  const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back(), spec);
+  for (const Axis& axis : axes) out.space.add(out.model, axis);
+  out.fit.point = point;
+  for (std::size_t k = 0; k < own.size(); ++k)
+    out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));
+  return out;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,32 @@
+// What may be missing: where an effect can act, what is searched of it there, and the present model with it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ga/least_squares.h"
+#include "physics/catalogue.h"
+
+namespace lacuna {
+
+/// The model under diagnosis as identified so far.
+struct CurrentModel {
+  PlantModel model;
+  SearchSpace space;
+  std::vector<double> weights;  ///< rms per predicted channel
+  LeastSquaresResult fit;       ///< on the train segments
+};
+
+/// An effect at each place where it can show and does not stand yet: on a command or an actuator where there is one, on a
+/// motion where it is measured and moves, on a reading where positions are predicted.
+std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment);
+
+/// Axes of an effect's own parameters in `model`, where it stands at `component`; those that `spec` names are fixed.
+std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
+                              const EffectSpec& spec);
+
+/// The current model with one more effect, its parameters as further axes; `own` are their start coordinates.
+CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
+                      const std::vector<double>& point, const std::vector<double>& own);
+
+}  // namespace lacuna
