@@ -8,6 +8,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/partial.h"
+#include "scenarios/error.h"
 
 namespace lacuna {
 namespace {
@@ -94,19 +95,25 @@ class Judge {
     again.effect.point.assign(current_.fit.point.begin(), current_.fit.point.end());
     again.effect.own = tried.effect.first_own;
     again.model = extended(current_, experiment_, again.effect.spec, again.effect.point, again.effect.own);
-    refit(again);
-    if (again.effect.residual.squaredNorm() < tried.effect.residual.squaredNorm()) tried = std::move(again);
+    if (refit(again) && again.effect.residual.squaredNorm() < tried.effect.residual.squaredNorm())
+      tried = std::move(again);
   }
 
-  /// Least squares to the end, same weights, so that energies compare.
-  void refit(Tried& tried) {
+  /// Least squares to the end, same weights, so that energies compare. Returns whether it could: a candidate that cannot
+  /// be simulated from where it stands is left as it is.
+  bool refit(Tried& tried) {
+    tried.refitted = true;
     Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
     LeastSquaresOptions finish;
     finish.iterations = kRefitIterations;
     finish.tolerance = kRefitTolerance;
     finish.polish = false;
     finish.control = options_.control;
-    tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
+    try {
+      tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
+    } catch (const WorkError&) {
+      return false;
+    }
     const std::size_t base = current_.space.size();
     tried.effect.point.assign(tried.model.fit.point.begin(),
                               tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
@@ -115,7 +122,7 @@ class Judge {
     tried.effect.residual = tried.model.fit.residual;
     tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
     judge_heldout(tried);
-    tried.refitted = true;
+    return true;
   }
 
   /// The same effect with its optional parameters free, re-identified from where it stands; nothing where none is fixed.
@@ -132,14 +139,15 @@ class Judge {
     for (const Axis& axis : effect_axes(model, experiment_, model.effects().back(), spec)) {
       const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
       const double size = typical_size(p.info->scale, model, experiment_, p.joint, model.values());
-      own.push_back(p.info->optional ? p.info->starts.front() * size : tried.effect.own[taken++]);
+      own.push_back(p.info->optional ? to_search(axis.coordinate, p.info->starts.front() * size)
+                                     : tried.effect.own[taken++]);
     }
     Tried free{tried};
     free.effect.spec = spec;
     free.effect.own = own;
     free.effect.parameters = static_cast<int>(own.size());
     free.model = extended(current_, experiment_, spec, tried.effect.point, own);
-    refit(free);
+    if (!refit(free)) return std::nullopt;
     return free;
   }
 
@@ -216,7 +224,10 @@ class Judge {
 /// of e noise rms changes a residual's energy by up to e^2 of the noise's: gains nearer than that are not told apart.
 void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
   if (tried.empty()) return;
-  auto own = [](const Tried& t) { return t.train.log_likelihood + t.heldout.gain; };
+  auto own = [](const Tried& t) {
+    const double both = t.train.log_likelihood + t.heldout.gain;
+    return std::isfinite(both) ? both : -HUGE_VAL;
+  };
   const Tried& strongest =
       *std::max_element(tried.begin(), tried.end(), [&](const Tried& a, const Tried& b) { return own(a) < own(b); });
   const Gain train = strongest.train, heldout = strongest.heldout.whole;
@@ -225,6 +236,7 @@ void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
   double most = -HUGE_VAL;
   for (Tried& t : tried) {
     t.evidence = t.train.at(train) + t.heldout.whole.at(heldout);
+    if (!std::isfinite(t.evidence)) t.evidence = -HUGE_VAL;  // diverges on a recording that was not fitted
     most = std::max(most, t.evidence);
   }
   const double worth = 0.5 * std::log(std::max(2.0, train.effective));  // of one parameter
