@@ -1,6 +1,5 @@
 #include "diagnosis/screen.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -284,11 +283,7 @@ class EffectScreen {
   /// Damped Gauss-Newton step of one chain from `tried`, which is where it stands, cut at the bounds.
   void propose_step(Chain& chain) const {
     const Eigen::MatrixXd J = sensitivities(chain);
-    Eigen::MatrixXd normal = J.transpose() * J;
-    const Eigen::VectorXd diagonal = normal.diagonal();
-    const double floor = 1e-12 * std::max(diagonal.maxCoeff(), 1e-300);
-    for (Eigen::Index i = 0; i < diagonal.size(); ++i) normal(i, i) += kDamping * diagonal(i) + floor;
-    const Eigen::VectorXd step = normal.ldlt().solve(-(J.transpose() * chain.residual).eval());
+    const Eigen::VectorXd step = damped_step(J.transpose() * J, J.transpose() * chain.residual, kDamping);
     if (!step.allFinite()) return;
     for (Eigen::Index i = 0; i < step.size(); ++i) {
       double lower, upper;

@@ -101,6 +101,7 @@ class ProjectedDescent {
 
  private:
   static constexpr int kTrials = 8;
+  static constexpr double kFloor = 1e-13;  ///< damping that a singular matrix needs
 
   std::vector<double> step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient) const {
     std::vector<Eigen::Index> free;
@@ -112,10 +113,7 @@ class ProjectedDescent {
     }
     std::vector<double> next = result_.point;
     if (free.empty()) return next;
-    Eigen::MatrixXd block = normal(free, free);
-    const double floor = 1e-14 * normal.diagonal().maxCoeff();
-    for (Eigen::Index k = 0; k < block.rows(); ++k) block(k, k) += damping_ * block(k, k) + floor;
-    const Eigen::VectorXd delta = block.ldlt().solve(-gradient(free).eval());
+    const Eigen::VectorXd delta = damped_step(normal(free, free), gradient(free), damping_ + kFloor);
     for (std::size_t k = 0; k < free.size(); ++k) {
       const std::size_t a = static_cast<std::size_t>(free[k]);
       next[a] = std::clamp(next[a] + delta(static_cast<Eigen::Index>(k)), axes_[a].lower, axes_[a].upper);
@@ -183,6 +181,14 @@ void polish(Problem& problem, std::span<const int> segments, Eigen::Index rows, 
 }
 
 }  // namespace
+
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping) {
+  const Eigen::VectorXd scale =
+      normal.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
+  unit.diagonal().setConstant(1.0 + damping);
+  return scale.cwiseProduct(unit.ldlt().solve(-scale.cwiseProduct(gradient)));
+}
 
 LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<double>& start,
                                        std::span<const int> segments, const LeastSquaresOptions& options) {

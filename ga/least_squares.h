@@ -25,6 +25,10 @@ struct LeastSquaresResult {
   bool converged = false;
 };
 
+/// The step of Levenberg and Marquardt: (N + damping diag N) x = -gradient, N normal matrix. Each column is scaled by its
+/// own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without effect is left alone.
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping);
+
 /// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated.
 LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<double>& start,
                                        std::span<const int> segments, const LeastSquaresOptions& options = {});

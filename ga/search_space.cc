@@ -200,6 +200,7 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
     case Scale::length: return positive(0.1 * stretched_length(model.robot()));
     case Scale::mass: return model.robot().moving_mass();
     case Scale::stiffness: return effort / position;
+    case Scale::damping: return effort / velocity;
     case Scale::drag: return effort / (velocity * velocity);
     case Scale::hardening: return effort / (position * position * position);
     case Scale::inertia: return joint < 0 ? 1.0 : positive(inertia_beyond(model.robot(), joint));
