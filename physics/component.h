@@ -59,6 +59,7 @@ enum class Scale {
   position,   ///< rad, rms about the mean
   reach,      ///< rad, half the range travelled, counted from its middle
   stiffness,  ///< N m/rad: effort over position
+  damping,    ///< N m s/rad: effort over velocity
   drag,       ///< N m s^2/rad^2: effort over velocity squared
   hardening,  ///< N m/rad^3: effort over position cubed
   length,     ///< m, a tenth of the arm's stretched length: searched no further than that

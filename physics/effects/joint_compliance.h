@@ -11,7 +11,7 @@ struct JointCompliance : SideOfItsOwn<JointCompliance> {
     return {"joint_compliance",
             "Joint compliance",
             Where::joint,
-            "tau = k (theta - q); J theta'' = K u - D theta' - S (theta - rest) - tau",
+            "tau = k (theta - q) + c (theta' - v); J theta'' = K u - D theta' - S (theta - rest) - tau",
             "the joint gives under load; ringing, phase",
             "stiffness, actuator_lag, input_delay",
             "M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987)",
@@ -24,7 +24,8 @@ struct JointCompliance : SideOfItsOwn<JointCompliance> {
               Scale::stiffness,
               {100.0, 10.0},
               Coordinate::inverse},
-             side_inertia()}};
+             side_inertia(),
+             spring_damping()}};
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
@@ -37,7 +38,7 @@ struct JointCompliance : SideOfItsOwn<JointCompliance> {
   }
   template <class T>
   static Transmission<T> side(const T* p, const JointView<T>& s) {
-    return Transmission<T>::of(s, p[0], T(0.0), p[1]);
+    return Transmission<T>::of(s, p[0], p[2], T(0.0), p[1]);
   }
 };
 

@@ -1,5 +1,5 @@
 // Shared by what lies between actuator and link: a side of the actuator's own, of inertia J, that carries the actuator's
-// damper and spring and pulls the link through a stiffness k with free travel to both sides.
+// damper and spring and pulls the link through a spring k with its damper c, after free travel to both sides.
 #pragma once
 
 #include "physics/catalogue.h"
@@ -7,30 +7,34 @@
 namespace lacuna {
 
 /// With e the lead of that side over the link and tau0 the effort that the actuator would give at e = 0, e' = 0:
-/// J theta'' = tau0 - D e' - S e - f(e); f(e) = k (e - half) beyond half, k (e + half) below -half, zero between.
-/// Nothing faster than kFastest is resolved: J counts at least D kFastest, k at most J/kFastest^2 (both smoothly, so that
-/// a search that strays there finds back), and no stiffness limits the steps of the rollout.
+/// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero between.
+/// Nothing faster than kFastest is resolved: J counts at least (D + c) kFastest, k at most J/kFastest^2 (both smoothly, so
+/// that a search that strays there finds back), and no stiffness limits the steps of the rollout.
 template <class T>
 struct Transmission {
   static constexpr double kFastest = 2e-3;  ///< s
 
-  T k, half, S, D, J;  ///< N m/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, m, N/m, N s/m, kg)
-  T share, bend;       ///< of J that is the side's own, of the lead that k itself lets happen
+  T k, c, half, S, D, J;  ///< N m/rad, N m s/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, N s/m, m, N/m, N s/m, kg)
+  T share, bend;          ///< of J that is the side's own, of the lead that k itself lets happen
 
-  static Transmission of(const JointView<T>& s, const T& k, const T& half, const T& inertia) {
+  static Transmission of(const JointView<T>& s, const T& k, const T& c, const T& half, const T& inertia) {
     constexpr double kLeast = 1e-9;  // kg m^2: a side without a damper keeps some
-    const T J = max(larger(inertia, s.damping * T(kFastest)), T(kLeast));
+    const T J = max(larger(inertia, (s.damping + c) * T(kFastest)), T(kLeast));
     const T softness = larger(T(1.0) / k, T(kFastest * kFastest) / J);
-    return {T(1.0) / softness, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
+    return {T(1.0) / softness, c, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
   }
 
   /// Effort on the link.
-  T effort(const T& e) const { return k * (max(e - half, T(0.0)) + min(e + half, T(0.0))); }
+  T effort(const T& e, const T& rate) const {
+    const T loss = c * rate;
+    const T up = select(e > half, max(k * (e - half) + loss, T(0.0)), T(0.0));
+    return select(e < T(0.0) - half, min(k * (e + half) + loss, T(0.0)), up);
+  }
 
   /// The same where there is no free travel: what J was raised by and k lowered to leave no trace, so that a stiff spring
   /// before a light side is the plain model.
   T carried(const T& tau0, const T& e, const T& rate) const {
-    return share * effort(e) + (T(1.0) - share) * (tau0 - bend * (D * rate + S * e));
+    return share * effort(e, rate) + (T(1.0) - share) * (tau0 - bend * (D * rate + S * e));
   }
 
   /// Lead at which the side rests under tau0 while the link is held.
@@ -41,7 +45,9 @@ struct Transmission {
   }
 
   /// theta'' at lead e and its rate.
-  T acceleration(const T& tau0, const T& e, const T& rate) const { return (tau0 - D * rate - S * e - effort(e)) / J; }
+  T acceleration(const T& tau0, const T& e, const T& rate) const {
+    return (tau0 - D * rate - S * e - effort(e, rate)) / J;
+  }
 
  private:
   /// The larger of two with a rounded corner: 0.3 % above it at 3 : 1.
@@ -78,6 +84,10 @@ inline ParameterInfo side_inertia() {
           Scale::inertia,
           {0.05, 0.3},
           Coordinate::logarithm};
+}
+
+inline ParameterInfo spring_damping() {
+  return {"c", "N m s/rad", 0.0, 0.0, 1e9, "damping of the spring", Scale::damping, {0.5}, Coordinate::linear, true};
 }
 
 }  // namespace lacuna
