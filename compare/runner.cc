@@ -71,7 +71,7 @@ class NativeRun {
     session_ = segment.session;
     fetch_commands(segment);
     plant_.initial_states(q_.data(), v_.data(), u_.data(), z_.data());
-    plant_.begin_memories(instant(0.0), q_.data(), v_.data(), u_.data(), memory_.data());
+    plant_.begin_memories(instant(0.0), q_.data(), v_.data(), u_.data(), z_.data(), memory_.data());
     if (out.q.empty()) record(out);
     for (std::size_t k = 0; k + 1 < segment.count; ++k) {
       const double begin = segment.time(k), interval = segment.time(k + 1) - begin;

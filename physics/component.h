@@ -95,7 +95,8 @@ struct Hooks {
   /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the start
   /// of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
   void (*remember)(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) = nullptr;
-  void (*begin)(const T* p, const JointView<T>& s, T* now) = nullptr;  ///< memories at the start of a simulation
+  /// Memories at the start of a simulation; `excess`, N m or N: what the drive gives beyond what keeps the joint in place.
+  void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;
   int memories = 0;
   bool loaded = false;  ///< dry_friction looks at s.drive
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.

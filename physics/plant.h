@@ -114,14 +114,18 @@ class Plant {
     return sum;
   }
 
-  /// Memories at the start of a simulation.
-  void begin_memories(const Instant<T>& now, const T* q, const T* v, const T* u, T* m) const {
+  /// Memories at the start of a simulation with component states z; without these nothing is held by friction.
+  void begin_memories(const Instant<T>& now, const T* q, const T* v, const T* u, const T* z, T* m) {
+    if (memories() == 0) return;
+    std::vector<T> holding(static_cast<std::size_t>(dof())), zero(holding.size(), T(0.0));
+    dynamics_.inverse_dynamics(q, zero.data(), zero.data(), holding.data());
     for (int j = 0; j < dof(); ++j) {
       const JointParts& parts = joint(j);
       JointView<T> s = view(parts, now, q[j], v[j], u[j]);
+      const T excess = z ? actuator_effort(parts, s, z, nullptr) - holding[static_cast<std::size_t>(j)] : T(0.0);
       for (const Bound& c : parts.effects) {
         s.m = m + c.memory;
-        if (c.hooks->begin != nullptr) c.hooks->begin(&parameters_[c.first], s, m + c.memory);
+        if (c.hooks->begin != nullptr) c.hooks->begin(&parameters_[c.first], s, excess, m + c.memory);
         if (c.hooks->command != nullptr) s.u = c.hooks->command(&parameters_[c.first], s);
       }
     }

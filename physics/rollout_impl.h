@@ -55,7 +55,7 @@ void Rollout<T, Dyn>::start(const Segment& segment) {
   session_ = segment.session;
   fetch_commands(segment, 0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
-  plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
+  plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
 }
 
 template <class T, class Dyn>

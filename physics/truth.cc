@@ -112,7 +112,7 @@ class TruthRun {
       x_ = start;
       plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     }
-    plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), memory_.data());
+    plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
   }
 
   /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then the
@@ -120,7 +120,7 @@ class TruthRun {
   Eigen::VectorXd unbalanced(const State& x) {
     const State zero(n_, T(0.0));
     State holding(n_), rates(x.size(), T(0.0));
-    plant_.begin_memories(instant(T(0.0), x), x.data(), zero.data(), u_.data(), memory_.data());
+    plant_.begin_memories(instant(T(0.0), x), x.data(), zero.data(), u_.data(), nullptr, memory_.data());
     plant_.dynamics().inverse_dynamics(x.data(), zero.data(), zero.data(), holding.data());
     Eigen::VectorXd out(static_cast<Eigen::Index>(x.size() - n_));
     for (std::size_t j = 0; j < n_; ++j) {

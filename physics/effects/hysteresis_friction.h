@@ -16,12 +16,22 @@ struct HysteresisFriction {
             "coulomb_friction, stiffness",
             "P. R. Dahl, AIAA Journal 14 (1976); LuGre at constant friction: Canudas de Wit et al., IEEE TAC 40 (1995)",
             {{"Fc", "N m", 0.0, 0.0, 1e9, "friction effort in motion", Scale::effort, {0.05}},
-             {"sigma0", "N m/rad", 1e3, 1e-6, 1e12, "stiffness of the bristles", Scale::stiffness, {1.0, 8.0}}}};
+             {"sigma0", "N m/rad", 1e3, 1e-6, 1e12, "stiffness of the bristles", Scale::stiffness, {1.0, 8.0}},
+             {"sigma1",
+              "N m s/rad",
+              0.0,
+              0.0,
+              1e9,
+              "damping of the bristles",
+              Scale::damping,
+              {0.02},
+              Coordinate::linear,
+              true}}};
   }
   static constexpr int memories = 2;  // the bristles' effort, N m; the position it belongs to, rad
   template <class T>
-  static void begin(const T*, const JointView<T>& s, T* now) {
-    now[0] = T(0.0);
+  static void begin(const T* p, const JointView<T>& s, const T& excess, T* now) {
+    now[0] = max(min(excess, p[0]), T(0.0) - p[0]);  // at rest they hold what they can
     now[1] = s.q;
   }
   template <class T>
@@ -32,8 +42,9 @@ struct HysteresisFriction {
     now[1] = s.q;
   }
   template <class T>
-  static T effort(const T*, const JointView<T>& s) {
-    return T(0.0) - s.m[0];
+  static T effort(const T* p, const JointView<T>& s) {
+    const T bending = s.v - abs(s.v) * s.m[0] / max(p[0], T(1e-12));
+    return T(0.0) - s.m[0] - select(p[0] > T(0.0), p[2] * bending, T(0.0));
   }
 };
 

@@ -4,28 +4,34 @@
 
 namespace lacuna {
 
-/// Friction that grows with the effort the drive transmits. Neutral at mu = 0. v0 as in creep.h.
+/// Friction that grows with the load on the joint: what the drive gives but for its viscous part, which is lost before it
+/// loads anything. Neutral at mu = 0. v0 as in creep.h.
 struct LoadDependentFriction {
   static EffectInfo info() {
     return {"load_dependent_friction",
             "Load-dependent friction",
             Where::joint,
-            "tau -= mu |effort of the drive| sgn(v)",
+            "tau -= mu |load| sgn(v), load: effort of the drive without its damping",
             "friction that grows with the load",
             "coulomb_friction",
             "P. Hamon, M. Gautier, P. Garrec, Dynamic identification of robots with a dry friction model depending on "
-            "load, "
-            "IROS 2010",
-            {{"mu", "1", 0.0, 0.0, 0.9, "share of the transmitted effort", Scale::ratio, {0.05}}, creep_speed()}};
+            "load, IROS 2010",
+            {{"mu", "1", 0.0, 0.0, 0.9, "share of the load", Scale::ratio, {0.05}}, creep_speed()}};
   }
   static constexpr bool loaded = true;
   template <class T>
   static T dry_friction(const T* p, const T&, const JointView<T>& s) {
-    return select(p[1] > T(0.0), T(0.0), p[0] * abs(s.drive));
+    return select(p[1] > T(0.0), T(0.0), p[0] * abs(load(s)));
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return creeping(p[0] * abs(s.drive), p[1], s.v);
+    return creeping(p[0] * abs(load(s)), p[1], s.v);
+  }
+
+ private:
+  template <class T>
+  static T load(const JointView<T>& s) {
+    return s.drive + s.damping * s.v;
   }
 };
 

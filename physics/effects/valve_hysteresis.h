@@ -20,7 +20,7 @@ struct ValveHysteresis {
   }
   static constexpr int memories = 1;
   template <class T>
-  static void begin(const T*, const JointView<T>& s, T* now) {
+  static void begin(const T*, const JointView<T>& s, const T&, T* now) {
     now[0] = s.u;
   }
   template <class T>
