@@ -7,7 +7,8 @@
 namespace lacuna {
 
 /// With e the lead of that side over the link and tau0 the effort that the actuator would give at e = 0, e' = 0:
-/// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero between.
+/// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero between
+/// and where a surface would have to pull.
 /// Nothing faster than kFastest is resolved: J counts at least (D + c) kFastest, k at most J/kFastest^2 (both smoothly, so
 /// that a search that strays there finds back), and no stiffness limits the steps of the rollout.
 template <class T>
@@ -24,11 +25,12 @@ struct Transmission {
     return {T(1.0) / softness, c, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
   }
 
-  /// Effort on the link.
+  /// Effort on the link. Surfaces with a gap between them push only.
   T effort(const T& e, const T& rate) const {
     const T loss = c * rate;
     const T up = select(e > half, max(k * (e - half) + loss, T(0.0)), T(0.0));
-    return select(e < T(0.0) - half, min(k * (e + half) + loss, T(0.0)), up);
+    const T pushed = select(e < T(0.0) - half, min(k * (e + half) + loss, T(0.0)), up);
+    return select(half > T(0.0), pushed, k * e + loss);
   }
 
   /// The same where there is no free travel: what J was raised by and k lowered to leave no trace, so that a stiff spring

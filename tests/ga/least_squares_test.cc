@@ -90,6 +90,28 @@ TEST(LeastSquares, RecoversAKnownOptimumFromAFarStart) {
   for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(fit.point[a], truth[a], 1e-4 * truth[a]) << a;
 }
 
+TEST(LeastSquares, StepDoesNotDependOnTheUnitsOfItsCoordinates) {
+  Eigen::MatrixXd J(5, 3);
+  J << 1.0, 0.3, 0.2, 0.4, 2.0, -0.1, -0.7, 0.5, 1.5, 0.2, 0.9, 0.8, 1.1, -0.6, 0.4;
+  const Eigen::VectorXd r = Eigen::VectorXd::LinSpaced(5, 1.0, 3.0);
+  const Eigen::VectorXd units(
+      Eigen::Vector3d(1e10, 1.0, 1e-8));  // a spring's 1/k beside a mass beside a large stiffness
+  const Eigen::MatrixXd K = J * units.asDiagonal();
+  const Eigen::VectorXd exact = J.colPivHouseholderQr().solve(-r);
+  const Eigen::VectorXd plain = damped_step(J.transpose() * J, J.transpose() * r, 0.0);
+  const Eigen::VectorXd scaled = damped_step(K.transpose() * K, K.transpose() * r, 1e-13);
+  EXPECT_LT((plain - exact).norm(), 1e-12 * exact.norm());
+  EXPECT_LT((units.cwiseProduct(scaled) - exact).norm(), 1e-10 * exact.norm());
+}
+
+TEST(LeastSquares, StepLeavesACoordinateWithoutEffectAlone) {
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(2, 2);
+  normal(0, 0) = 4.0;
+  const Eigen::VectorXd step = damped_step(normal, Eigen::Vector2d(-8.0, 0.0), 0.0);
+  EXPECT_EQ(step(0), 2.0);
+  EXPECT_EQ(step(1), 0.0);
+}
+
 TEST(LeastSquares, ErrorsAreThoseThatItsCovarianceStates) {
   Setting s(pendulum_problem(kFar, kDrive, 2e-3));
   const LeastSquaresResult fit = solve_least_squares(s.problem, s.space.start(), s.train);

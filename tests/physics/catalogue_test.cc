@@ -39,10 +39,12 @@ double played(double past, double x, double half) { return std::max(std::min(pas
 
 /// What lies between actuator and link below, by an explicit rule of first order; past: angle and speed of the
 /// actuator's side.
-constexpr double kSpring = 900.0, kSide = 0.4;  // N/m, kg
-double pull(const Block& b, double half) {
-  const double lead = b.past[0] - b.x;
-  return kSpring * (std::max(lead - half, 0.0) + std::min(lead + half, 0.0));
+constexpr double kSpring = 900.0, kLoss = 6.0, kSide = 0.4;  // N/m, N s/m, kg
+double pull(const Block& b, double half, double loss) {
+  const double lead = b.past[0] - b.x, damped = loss * (b.past[1] - b.v);
+  if (lead > half) return std::max(kSpring * (lead - half) + damped, half > 0.0 ? 0.0 : -HUGE_VAL);
+  if (lead < -half) return std::min(kSpring * (lead + half) + damped, half > 0.0 ? 0.0 : HUGE_VAL);
+  return 0.0;
 }
 std::function<void(Block&, double)> settle(double half) {
   return [half](Block& b, double) {
@@ -50,11 +52,22 @@ std::function<void(Block&, double)> settle(double half) {
     b.past[1] = b.v;
   };
 }
-std::function<void(Block&, double)> cross(double half) {
-  return [half](Block& b, double dt) {
+std::function<void(Block&, double)> cross(double half, double loss) {
+  return [half, loss](Block& b, double dt) {
     const double push = b.drive(b.u) - kDamping * (b.past[1] - b.v) - kStiffness * (b.past[0] - b.x);
-    b.past[1] += dt * (push - pull(b, half)) / kSide;
+    b.past[1] += dt * (push - pull(b, half, loss)) / kSide;
     b.past[0] += dt * b.past[1];
+  };
+}
+
+/// Bristles of 200 N/m up to 2 N, past: their effort, N, and where that was. Over no time they take what the drive does
+/// not need to hold the block.
+std::function<void(Block&, double)> bend() {
+  return [](Block& b, double dt) {
+    const double way = b.x - b.past[1];
+    b.past[0] =
+        dt > 0.0 ? b.past[0] + 200.0 * (1.0 - b.past[0] * sgn(way) / 2.0) * way : std::clamp(b.drive(b.u), -2.0, 2.0);
+    b.past[1] = b.x;
   };
 }
 
@@ -79,16 +92,20 @@ const std::vector<Law>& laws() {
        [](const Block& b) { return b.drive(b.u * (1.0 - 0.4 * capped(std::fabs(b.v) / 1.5, 3.0))); }},
       {"load_dependent_friction",
        {{"mu", 0.2}, {"v0", 0.05}},
-       [](const Block& b) { return b.drive(b.u) - 0.2 * std::fabs(b.drive(b.u)) * std::tanh(b.v / 0.05); }},
+       [](const Block& b) {
+         const double load = b.drive(b.u) + kDamping * b.v;
+         return b.drive(b.u) - 0.2 * std::fabs(load) * std::tanh(b.v / 0.05);
+       }},
       {"hysteresis_friction",
        {{"Fc", 2.0}, {"sigma0", 200.0}},
        [](const Block& b) { return b.drive(b.u) - b.past[0]; },
-       [](Block& b, double) { b.past[1] = b.x; },
-       [](Block& b, double) {
-         const double way = b.x - b.past[1];
-         b.past[0] += 200.0 * (1.0 - b.past[0] * sgn(way) / 2.0) * way;
-         b.past[1] = b.x;
-       }},
+       bend(),
+       bend()},
+      {"hysteresis_friction",
+       {{"Fc", 2.0}, {"sigma0", 200.0}, {"sigma1", 4.0}},
+       [](const Block& b) { return b.drive(b.u) - b.past[0] - 4.0 * (b.v - std::fabs(b.v) * b.past[0] / 2.0); },
+       bend(),
+       bend()},
       {"quadratic_damping", {{"c", 2.0}}, [](const Block& b) { return b.drive(b.u) - 2.0 * std::fabs(b.v) * b.v; }},
       {"damping_asymmetry",
        {{"a", 0.8}},
@@ -104,17 +121,33 @@ const std::vector<Law>& laws() {
        [](const Block& b) { return b.drive(b.u) + 400.0 * std::max(0.0 - b.x, 0.0); }},
       {"backlash",
        {{"gap", 0.05}, {"k", kSpring}, {"J", kSide}},
-       [](const Block& b) { return pull(b, 0.05); },
+       [](const Block& b) { return pull(b, 0.05, 0.0); },
        settle(0.05),
-       cross(0.05),
+       cross(0.05, 0.0),
        nullptr,
        1e-4,  // the hand's own
        2e-6},
       {"joint_compliance",
        {{"k", kSpring}, {"J", kSide}},
-       [](const Block& b) { return pull(b, 0.0); },
+       [](const Block& b) { return pull(b, 0.0, 0.0); },
        settle(0.0),
-       cross(0.0),
+       cross(0.0, 0.0),
+       nullptr,
+       1e-4,  // the hand's own
+       2e-6},
+      {"backlash",
+       {{"gap", 0.05}, {"k", kSpring}, {"J", kSide}, {"c", kLoss}},
+       [](const Block& b) { return pull(b, 0.05, kLoss); },
+       settle(0.05),
+       cross(0.05, kLoss),
+       nullptr,
+       1e-4,  // the hand's own
+       2e-6},
+      {"joint_compliance",
+       {{"k", kSpring}, {"J", kSide}, {"c", kLoss}},
+       [](const Block& b) { return pull(b, 0.0, kLoss); },
+       settle(0.0),
+       cross(0.0, kLoss),
        nullptr,
        1e-4,  // the hand's own
        2e-6},
