@@ -29,6 +29,7 @@ struct JointView {
   const T* speeds = nullptr;    ///< rad/s (m/s), v of all the arm's joints
   int joints = 0;               ///< how many
   T drive = T(0.0);             ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T load = T(0.0);              ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
@@ -98,7 +99,7 @@ struct Hooks {
   /// Memories at the start of a simulation; `excess`, N m or N: what the drive gives beyond what keeps the joint in place.
   void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;
   int memories = 0;
-  bool loaded = false;  ///< dry_friction looks at s.drive
+  bool loaded = false;  ///< dry_friction looks at s.load
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
   void (*sense)(const T* p, const std::vector<double>& time, T* q, std::size_t stride) = nullptr;
   T (*unsense)(const T* p, const T& q) = nullptr;  ///< position behind a reading at rest

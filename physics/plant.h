@@ -84,15 +84,17 @@ class Plant {
     pass_command(j, now, m, m_now, s);
     return effort_of(j, now, s, z, m, z_rate, m_now);
   }
-  /// The same in two parts: what the command does, and what would act without it.
-  void effort_parts(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m, T& driven,
-                    T& passive) {
+  /// What the command makes the actuator give.
+  T driven_effort(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m) {
     JointView<T> s = view(joint(j), now, q, v, u);
     pass_command(j, now, m, nullptr, s);
-    driven = effort_of(j, now, s, z, m, nullptr, nullptr);
+    const T whole = actuator_effort(joint(j), s, z, nullptr);
     s.u = T(0.0);
-    passive = effort_of(j, now, s, z, m, nullptr, nullptr);
-    driven = driven - passive;
+    return whole - actuator_effort(joint(j), s, z, nullptr);
+  }
+  /// What acts besides, on a joint that is also loaded by `given` (N m or N).
+  T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m, const T& given) {
+    return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, given);
   }
 
   bool has_dry_friction(int j) const {
@@ -106,7 +108,7 @@ class Plant {
   T dry_friction(int j, const Instant<T>& now, const T& q, const T& speed, const T& u) const {
     const JointParts& parts = joint(j);
     JointView<T> s = view(parts, now, q, speed, u);
-    s.drive = parts.drive;
+    s.load = parts.load;
     T sum(0.0);
     for (const Bound& c : parts.effects) {
       if (c.hooks->dry_friction != nullptr) sum = sum + c.hooks->dry_friction(&parameters_[c.first], speed, s);
@@ -180,7 +182,7 @@ class Plant {
   struct JointParts {
     std::vector<Bound> actuator, effects;
     int damping = -1, stiffness = -1, rest = -1;  ///< parameters of the actuator
-    T drive = T(0.0);                             ///< N m or N, the actuator's effort as last asked for
+    T load = T(0.0);                              ///< N m or N, on the joint as last asked for
   };
 
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
@@ -243,11 +245,13 @@ class Plant {
     return tau;
   }
 
-  T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now) {
+  T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now,
+              const T& given = T(0.0)) {
     JointParts& parts = joints_[static_cast<std::size_t>(j)];
     T scratch[kMostMemories];
     T tau = actuator_effort(parts, s, z, z_rate);
-    parts.drive = s.drive = tau;
+    s.drive = tau;
+    parts.load = s.load = tau + s.damping * s.v + given;
     for (const Bound& c : parts.effects) {
       s.z = z + c.state;
       if (c.hooks->command == nullptr) recall(c, now, m, m_now, scratch, s);

@@ -9,6 +9,8 @@
 
 namespace lacuna {
 
+constexpr int kLoadPasses = 16;
+
 /// The command in force at a sample, delays taken off; before the track's start its first value.
 template <class T, class Dyn>
 T delayed_command(const Plant<T, Dyn>& plant, const Segment& segment, int joint, std::size_t sample) {
@@ -76,10 +78,14 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
     for (std::size_t j = 0; j < n; ++j) {
       const int joint = static_cast<int>(j);
       plant.effort(joint, now, qk[j], vk[j], uk[j], z.data(), m.data(), nullptr, m.data());
-      T passive(0.0);
       const Instant<T> here{now.t, T(0.0), now.speeds};  // the memories are of this sample by now
-      plant.effort_parts(joint, here, qk[j], vk[j], uk[j], z.data(), m.data(), given[j][k], passive);
-      needed[j][k] = tau[j] - passive + sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
+      given[j][k] = plant.driven_effort(joint, here, qk[j], vk[j], uk[j], z.data(), m.data());
+      // Friction may depend on the very effort that is sought: each pass leaves a share mu of the last one's error.
+      T& sought = needed[j][k] = T(0.0);
+      for (int pass = 0; pass < (plant.is_loaded(joint) ? kLoadPasses : 1); ++pass) {
+        sought = tau[j] - plant.passive_effort(joint, here, qk[j], vk[j], z.data(), m.data(), sought) +
+                 sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
+      }
     }
   }
   const std::size_t edge = static_cast<std::size_t>(0.5 * rate / cutoff) + 1;

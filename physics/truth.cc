@@ -112,7 +112,8 @@ class TruthRun {
       x_ = start;
       plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     }
-    plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
+    plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_,
+                          memory_.data());
   }
 
   /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then the

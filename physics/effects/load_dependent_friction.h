@@ -21,17 +21,11 @@ struct LoadDependentFriction {
   static constexpr bool loaded = true;
   template <class T>
   static T dry_friction(const T* p, const T&, const JointView<T>& s) {
-    return select(p[1] > T(0.0), T(0.0), p[0] * abs(load(s)));
+    return select(p[1] > T(0.0), T(0.0), p[0] * abs(s.load));
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return creeping(p[0] * abs(load(s)), p[1], s.v);
-  }
-
- private:
-  template <class T>
-  static T load(const JointView<T>& s) {
-    return s.drive + s.damping * s.v;
+    return creeping(p[0] * abs(s.load), p[1], s.v);
   }
 };
 

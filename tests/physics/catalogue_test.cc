@@ -96,6 +96,17 @@ const std::vector<Law>& laws() {
          const double load = b.drive(b.u) + kDamping * b.v;
          return b.drive(b.u) - 0.2 * std::fabs(load) * std::tanh(b.v / 0.05);
        }},
+      {"load_dependent_friction",
+       {{"mu", 0.2}},
+       [](const Block& b) {
+         const double load = b.drive(b.u) + kDamping * b.v;
+         return b.drive(b.u) - 0.2 * std::fabs(load) * std::tanh(b.v / 1e-4);
+       },
+       nullptr,
+       nullptr,
+       nullptr,
+       5e-5,  // the hand creeps at some 1e-4 m/s where the block should stand
+       2e-6},
       {"hysteresis_friction",
        {{"Fc", 2.0}, {"sigma0", 200.0}},
        [](const Block& b) { return b.drive(b.u) - b.past[0]; },
