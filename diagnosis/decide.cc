@@ -16,7 +16,7 @@ namespace {
 constexpr double kChance = 0.01;
 constexpr double kStandardErrors = 2.0;
 constexpr double kLeastShare = 0.25;
-constexpr double kPromising = 0.5;  ///< share of energy left under which a start is re-identified whatever its chance
+constexpr double kPromising = 0.9;  ///< share of energy left under which a start is re-identified whatever its chance
 constexpr std::size_t kShortlist = 4;
 constexpr double kDisappointing = 1.5;      ///< energy left over the promised one
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
