@@ -134,7 +134,11 @@ const std::vector<Law>& laws() {
        {{"q_lim", 0.2}, {"k", 400.0}, {"c", 30.0}},
        [](const Block& b) {
          return b.drive(b.u) - (b.x > 0.2 ? std::max(400.0 * (b.x - 0.2) + 30.0 * b.v, 0.0) : 0.0);
-       }},
+       },
+       nullptr,
+       nullptr,
+       nullptr,
+       3e-4},  // the block meets the damper inside a step of 1 ms
       {"backlash",
        {{"gap", 0.05}, {"k", kSpring}, {"J", kSide}},
        [](const Block& b) { return pull(b, 0.05, 0.0); },
