@@ -13,8 +13,6 @@
 namespace lacuna {
 namespace {
 
-constexpr double kChance = 0.01;
-constexpr double kStandardErrors = 2.0;
 constexpr double kLeastShare = 0.25;
 constexpr double kPromising = 0.9;  ///< share of energy left under which a start is re-identified whatever its chance
 constexpr std::size_t kShortlist = 4;
@@ -22,7 +20,6 @@ constexpr double kDisappointing = 1.5;      ///< energy left over the promised o
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
 constexpr double kClassLoss = 3.0;          ///< evidence within this of the winner's: not separated (odds 20 to 1)
 constexpr int kRefitIterations = 25;
-constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -34,6 +31,7 @@ struct Tried {
   bool refitted = false;
 
   double evidence = 0.0;  ///< see sort_by_evidence
+  std::string objection;  ///< why it cannot be what is missing; empty: it can
 
   bool finite() const {
     return std::all_of(effect.own.begin(), effect.own.end(), [](double x) { return std::isfinite(x); });
@@ -73,7 +71,7 @@ class Judge {
   }
 
   Tried weigh(ScreenedEffect effect) {
-    Tried out{std::move(effect), current_, {}, {}, 1.0, false, 0.0};
+    Tried out{std::move(effect), current_, {}, {}, 1.0, false, 0.0, ""};
     set_recordings(out);
     out.model = extended(current_, experiment_, out.effect.spec, out.effect.point, out.effect.own);
     out.train = residual_gain(current_.fit.residual, out.effect.residual, plain_.layout(train_));
@@ -244,13 +242,18 @@ void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence > b.evidence; });
 }
 
-/// Shares of exp(evidence), chance (evidence 0, prior weight that of all candidates together) included.
+/// Shares of exp(evidence) among the candidates that can be what is missing, chance (evidence 0, prior weight that of all
+/// candidates together) included. The others have none: what removes a small part of the rest is no rival of what removes
+/// most of it, however clearly it does.
 std::vector<double> probabilities(const std::vector<Tried>& tried) {
-  const double most = std::max(0.0, tried.empty() ? 0.0 : tried.front().evidence);
+  double most = 0.0;
+  for (const Tried& t : tried) {
+    if (t.objection.empty()) most = std::max(most, t.evidence);
+  }
   double total = static_cast<double>(tried.size()) * std::exp(-most);
   std::vector<double> out;
   for (const Tried& t : tried) {
-    out.push_back(std::exp(std::max(t.evidence - most, -700.0)));
+    out.push_back(t.objection.empty() ? std::exp(std::max(t.evidence - most, -700.0)) : 0.0);
     total += out.back();
   }
   for (double& p : out) p /= total;
@@ -280,6 +283,7 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
       out.probability += probability[k];
       continue;
     }
+    if (!tried[k].objection.empty()) continue;
     if (out.rivals.size() < 5) out.rivals.push_back({spec.effect, spec.place, probability[k]});
     if (spec.place == out.place && best.evidence - tried[k].evidence < kClassLoss) out.members.push_back(spec.effect);
     if (spec.place != out.place && !elsewhere) elsewhere = &tried[k].heldout.blocks;
@@ -334,14 +338,14 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   Decision out{{}, std::nullopt, current};
   std::optional<std::size_t> winner;
   for (std::size_t k = 0; k < tried.size(); ++k) {
-    std::string note = judge.objection(tried[k]);
-    if (note.empty() && !winner) {
-      if (!tried[k].refitted) judge.refit(tried[k]), note = judge.objection(tried[k]);
-      if (note.empty()) winner = k;
-    } else if (note.empty()) {
-      note = "less evidence";
+    tried[k].objection = judge.objection(tried[k]);
+    if (tried[k].objection.empty() && !winner && !tried[k].refitted) {
+      judge.refit(tried[k]);
+      tried[k].objection = judge.objection(tried[k]);
     }
-    out.candidates.push_back(candidate_record(tried[k], note));
+    const bool can = tried[k].objection.empty();
+    out.candidates.push_back(candidate_record(tried[k], can && winner ? "less evidence" : tried[k].objection));
+    if (can && !winner) winner = k;
   }
   if (!winner) return out;
   out.finding = make_finding(tried, *winner, options.seed);

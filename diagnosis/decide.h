@@ -8,7 +8,8 @@
 //  - none of its own numbers was driven to the end of its range.
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
 // of the effective samples (Schwarz). Gains closer to the best than what the integration error can feign count as the
-// best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities are shares of exp(evidence) among all that were tried and chance.
+// best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities
+// are shares of exp(evidence) among all that pass and chance.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +21,10 @@
 #include "diagnosis/screen.h"
 
 namespace lacuna {
+
+constexpr double kChance = 0.01;          ///< of a train gain, under no effect
+constexpr double kStandardErrors = 2.0;   ///< of a held-out gain, that it must exceed
+constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
 
 struct DecideOptions {
   SimulatorOptions simulator;

@@ -7,6 +7,7 @@
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/prune.h"
 #include "diagnosis/verify.h"
 #include "scenarios/error.h"
 
@@ -108,7 +109,7 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
 }
 
 void note_missing(const Scenario& scenario, Diagnosis& out) {
-  out.notes = scenario.notes;
+  out.notes.insert(out.notes.begin(), scenario.notes.begin(), scenario.notes.end());
   if (out.after.step.error_over_noise >= 0.1) {
     out.notes.push_back("integration error is " + std::to_string(out.after.step.error_over_noise) +
                         " of the noise at the finest step tried: small effects cannot be told from it");
@@ -185,6 +186,10 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     decide_options.simulator = simulator;
     decide_options.integration_error = found_step.error_over_noise;
   }
+
+  report("whether all are needed", 0.9);
+  for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
+    out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
 
   report("verifying", 0.92);
   out.after = out.before;

@@ -6,8 +6,10 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 
+#include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/prune.h"
 #include "tests/ga/plant_problems.h"
 
 namespace lacuna {
@@ -204,6 +206,58 @@ TEST(Diagnosis, ResumesAfterAnInterruptionToTheSameNumbers) {
   DiagnosisCheckpoint::remove(options.identify.control.checkpoint);
   EXPECT_FALSE(std::filesystem::exists(options.identify.control.checkpoint));
   std::filesystem::remove_all(folder);
+}
+
+/// A model with effects as if they had been found, identified on the train recordings.
+CurrentModel found(const CurrentModel& plain, const Experiment& experiment, const std::vector<Finding>& findings,
+                   const std::vector<double>& sizes) {
+  CurrentModel out = plain;
+  for (std::size_t k = 0; k < findings.size(); ++k) {
+    const EffectSpec spec{findings[k].effect, findings[k].place, findings[k].fixed, {}, "test"};
+    out = extended(out, experiment, spec, out.fit.point, {sizes[k]});
+  }
+  refine(out, experiment, on("featherstone", 0.005), {}, 25);
+  return out;
+}
+
+TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
+  const Scenario scenario = concealed_deadband();
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  const SearchSpace space(model, scenario);
+  FitResult fit;
+  const CurrentModel plain = identify_plain(model, experiment, space, small().identify, fit);
+  std::vector<Finding> findings(2);
+  findings[0].effect = "quadratic_damping";
+  findings[1].effect = "valve_deadband";
+  for (Finding& f : findings) f.place = "swing";
+  CurrentModel both = found(plain, experiment, findings, {0.01, kDeadband});
+  EXPECT_EQ(prune(plain, both, findings, experiment, on("featherstone", 0.005), {}),
+            std::vector<std::string>{"quadratic_damping at swing"});
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].effect, "valve_deadband");
+  ASSERT_EQ(both.model.effects().size(), 1u);
+  EXPECT_NEAR(both.space.expand(both.fit.point).back(), kDeadband, 0.02 * kDeadband);
+  EXPECT_TRUE(prune(plain, both, findings, experiment, on("featherstone", 0.005), {}).empty()) << "the last one stays";
+}
+
+TEST(Prune, KeepsTwoThatAreBothThere) {
+  const Scenario scenario = pendulum_problem(
+      kStart, kDrive, kNoise,
+      {effect("valve_deadband", "swing", {{"d", kDeadband}}), effect("valve_asymmetry", "swing", {{"a", 0.2}})}, 10.0,
+      available_engines().back());
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  const SearchSpace space(model, scenario);
+  FitResult fit;
+  const CurrentModel plain = identify_plain(model, experiment, space, small().identify, fit);
+  std::vector<Finding> findings(2);
+  findings[0].effect = "valve_asymmetry";
+  findings[1].effect = "valve_deadband";
+  for (Finding& f : findings) f.place = "swing";
+  CurrentModel both = found(plain, experiment, findings, {0.2, kDeadband});
+  EXPECT_TRUE(prune(plain, both, findings, experiment, on("featherstone", 0.005), {}).empty());
+  EXPECT_EQ(findings.size(), 2u);
 }
 
 TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {

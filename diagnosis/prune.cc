@@ -1,0 +1,101 @@
+#include "diagnosis/prune.h"
+
+#include <cmath>
+#include <optional>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/decide.h"
+#include "diagnosis/evidence.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr int kIterations = 25;
+
+/// The current model without finding `left_out`, at the current values of everything else.
+CurrentModel without(std::size_t left_out, const CurrentModel& plain, const CurrentModel& current,
+                     const std::vector<Finding>& findings, const Experiment& experiment) {
+  auto at = current.fit.point.begin();
+  auto take = [&](std::size_t count) {
+    const std::vector<double> taken(at, at + static_cast<std::ptrdiff_t>(count));
+    at += static_cast<std::ptrdiff_t>(count);
+    return taken;
+  };
+  CurrentModel out{plain.model, plain.space, current.weights, {}};
+  out.fit.point = take(plain.space.size());
+  for (std::size_t k = 0; k < findings.size(); ++k) {
+    const Finding& f = findings[k];
+    const EffectSpec spec{f.effect, f.place, f.fixed, f.recordings, f.effect};
+    const CurrentModel more = extended(out, experiment, spec, out.fit.point, {});
+    const std::vector<double> own = take(more.space.size() - out.space.size());
+    if (k != left_out) out = extended(out, experiment, spec, out.fit.point, own);
+  }
+  return out;
+}
+
+struct Loss {
+  double gain = HUGE_VAL;  ///< log-likelihood that the finding is worth, train and validate
+  bool needed = true;
+  CurrentModel rest;
+};
+
+/// What finding k is worth beside the others.
+Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& current,
+             const std::vector<Finding>& findings, const Experiment& experiment, const SimulatorOptions& options,
+             const RunControl& control) {
+  Loss out{HUGE_VAL, true, without(k, plain, current, findings, experiment)};
+  CurrentModel& rest = out.rest;
+  const std::vector<int> train = experiment.with_role(Role::train), validate = experiment.with_role(Role::validate);
+  Problem with(current.model, experiment, current.space, options, current.weights);
+  Problem less(rest.model, experiment, rest.space, options, current.weights);
+  LeastSquaresOptions finish;
+  finish.iterations = kIterations;
+  finish.tolerance = kRefitTolerance;
+  finish.polish = false;
+  finish.control = control;
+  finish.control.progress = nullptr;
+  try {
+    rest.fit = solve_least_squares(less, rest.fit.point, train, finish);
+  } catch (const WorkError&) {
+    return out;  // without it the motion cannot even be simulated
+  }
+  const int parameters = static_cast<int>(current.space.size() - rest.space.size());
+  const Gain gain = residual_gain(rest.fit.residual, with.residual(current.fit.point, train), with.layout(train));
+  out.gain = gain.log_likelihood;
+  out.needed = chance(gain.log_likelihood, parameters, 1) <= kChance;
+  if (validate.empty()) return out;
+  const HeldoutGain heldout = heldout_gain(less.residual(rest.fit.point, validate),
+                                           with.residual(current.fit.point, validate), with.layout(validate));
+  out.gain += heldout.gain;
+  out.needed = out.needed && heldout.gain > kStandardErrors * heldout.error;
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
+                               const Experiment& experiment, const SimulatorOptions& options,
+                               const RunControl& control) {
+  std::vector<std::string> removed;
+  while (findings.size() > 1) {
+    std::optional<Loss> least;
+    std::size_t which = 0;
+    for (std::size_t k = 0; k < findings.size(); ++k) {
+      Loss loss = loss_of(k, plain, current, findings, experiment, options, control);
+      if (loss.needed || (least && loss.gain >= least->gain)) continue;
+      least = std::move(loss);
+      which = k;
+    }
+    if (!least) break;
+    removed.push_back(findings[which].effect + " at " + findings[which].place);
+    current = std::move(least->rest);
+    RunControl quiet = control;
+    quiet.progress = nullptr;
+    refine(current, experiment, options, quiet, kIterations);
+    findings.erase(findings.begin() + static_cast<std::ptrdiff_t>(which));
+  }
+  return removed;
+}
+
+}  // namespace lacuna
