@@ -9,6 +9,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/verify.h"
+#include "diagnosis/when.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -52,6 +53,11 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   for (const ExcessNoise& excess : excess_over_noise(r1, blocks, noise)) {
     const Channel& channel = channels[static_cast<std::size_t>(excess.channel)];
     out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
+  }
+  if (!out.unexplained.where.empty()) {
+    std::vector<int> joints;
+    for (const Channel& channel : channels) joints.push_back(channel.joint);
+    out.unexplained.times = misfits(r1, blocks, noise, joints, experiment);
   }
   // Without a known noise level (inverse dynamics) a rest shows by its colour alone: white would be nothing left.
   const bool noise_known = std::any_of(noise.begin(), noise.end(), [](double x) { return x > 0.0; });

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/when.h"
 #include "ga/identify.h"
 #include "scenarios/scenario.h"
 
@@ -49,7 +50,8 @@ struct Unexplained {
   bool present = false;
   std::vector<std::string> where;  ///< joints
   std::vector<std::string> regions;
-  double share = 0.0;  ///< of the validate residual energy above the noise, after the findings
+  std::vector<Misfit> times;  ///< when, in the recordings that were not fitted; most energy first
+  double share = 0.0;         ///< of the validate residual energy above the noise, after the findings
 };
 
 /// Everything that was tried in one round, for the report.

@@ -113,6 +113,11 @@ double stability(std::span<const double> first, std::span<const double> second, 
   return static_cast<double>(wins) / kResamples;
 }
 
+double chance_of_energy(double ratio, double n) {
+  const double z = (std::cbrt(ratio) - (1.0 - 2.0 / (9.0 * n))) / std::sqrt(2.0 / (9.0 * n));
+  return boost::math::cdf(boost::math::complement(boost::math::normal(), std::min(z, 35.0)));
+}
+
 std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                                            std::span<const double> noise_over_weight) {
   std::vector<ExcessNoise> all;
@@ -128,10 +133,7 @@ std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std:
     const double noise = noise_over_weight[c];
     if (!(noise > 0.0) || count < 1.0) continue;
     const double n = effective_samples(residual, members), ratio = sum / (count * noise * noise);
-    // Chi-square over n samples: the cube-root normal approximation (Wilson and Hilferty) holds for any n.
-    const double z = (std::cbrt(ratio) - (1.0 - 2.0 / (9.0 * n))) / std::sqrt(2.0 / (9.0 * n));
-    const double p = boost::math::cdf(boost::math::complement(boost::math::normal(), std::min(z, 35.0)));
-    all.push_back({static_cast<int>(c), std::sqrt(ratio), p});
+    all.push_back({static_cast<int>(c), std::sqrt(ratio), chance_of_energy(ratio, n)});
   }
   std::sort(all.begin(), all.end(), [](const ExcessNoise& a, const ExcessNoise& b) { return a.p_value < b.p_value; });
   std::vector<ExcessNoise> out;

@@ -44,6 +44,10 @@ double chance(double gain, int parameters, int tries);
 /// Share of block resamples in which the first one's held-out sum exceeds the second's.
 double stability(std::span<const double> first, std::span<const double> second, std::uint64_t seed);
 
+/// Chance that noise alone has `ratio` times its usual energy over n effective samples: chi-square by the cube-root normal
+/// approximation, which holds for any n (Wilson and Hilferty, PNAS 17, 1931).
+double chance_of_energy(double ratio, double n);
+
 /// Joints whose residual exceeds the noise beyond chance: variance against noise with the effective sample size,
 /// Holm over the channels at 1 in 1000; and by a weight worth mentioning (`kNegligible` of the noise's energy).
 struct ExcessNoise {

@@ -131,6 +131,22 @@ Html finding_card(const Finding& f) {
                  "card");
 }
 
+Html misfits_table(const std::vector<Misfit>& misfits) {
+  if (misfits.empty()) return {};
+  Table table(
+      {{"recording"}, {"joint"}, {"from (s)", true}, {"to (s)", true}, {"rms / noise", true}, {"chance", true}});
+  for (const Misfit& m : misfits) {
+    table.row({text(m.recording), text(m.joint), text(fmt::format("{:.1f}", m.begin)),
+               text(fmt::format("{:.1f}", m.end)), text(fmt::format("{:.2f}", m.ratio)),
+               text(fmt::format("{:.1g}", m.p_value))});
+  }
+  return table.html() +
+         paragraph(
+             "Seconds of the recordings that were not fitted in which the residual is beyond the noise, most "
+             "energy first; each chance is multiplied by the number of seconds tested.",
+             "muted small");
+}
+
 Html findings_section(const Diagnosis& d) {
   Html out;
   if (d.findings.empty()) {
@@ -149,10 +165,10 @@ Html findings_section(const Diagnosis& d) {
   std::string open =
       fmt::format("Unexplained: {} of the held-out residual energy above the noise", percent(d.unexplained.share));
   if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
-  return out +
-         element("div",
-                 element("h3", text("What stays unexplained")) + paragraph(open + ".") + bullets(d.unexplained.regions),
-                 "card");
+  return out + element("div",
+                       element("h3", text("What stays unexplained")) + paragraph(open + ".") +
+                           bullets(d.unexplained.regions) + misfits_table(d.unexplained.times),
+                       "card");
 }
 
 /// rms per joint and role, before and after; where nothing was found there is one model only.

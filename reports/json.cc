@@ -172,9 +172,18 @@ Json json_of(const FitResult& fit) {
 std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 Json unexplained_of(const Unexplained& unexplained) {
+  Json times = Json::array();
+  for (const Misfit& m : unexplained.times) {
+    times.push_back({{"recording", m.recording},
+                     {"where", m.joint},
+                     {"time", {m.begin, m.end}},
+                     {"rms_over_noise", m.ratio},
+                     {"p_value", m.p_value}});
+  }
   return {{"present", unexplained.present},
           {"where", unexplained.where},
           {"regions", unexplained.regions},
+          {"times", times},
           {"share", unexplained.share}};
 }
 

@@ -132,6 +132,37 @@ TEST(ExcessOverNoise, FlagsTheChannelThatHasItAndNoOther) {
   EXPECT_TRUE(excess_over_noise(r, blocks, unknown).empty());
 }
 
+TEST(Misfits, NameTheSecondsThatHoldMoreThanNoiseAndNoOthers) {
+  const Experiment experiment = make_experiment(concealed_deadband());
+  std::vector<ResidualBlock> blocks;
+  Eigen::Index rows = 0;
+  for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
+    const Eigen::Index n = static_cast<Eigen::Index>(experiment.segments[s].count);
+    blocks.push_back({static_cast<int>(s), 0, rows, n});
+    rows += n;
+  }
+  const std::vector<double> noise{1.0};
+  const std::vector<int> joints{0};
+  int false_alarms = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed)
+    false_alarms += !misfits(white(rows, 100 + seed), blocks, noise, joints, experiment).empty();
+  EXPECT_LE(false_alarms, 2);  // one in a thousand each: three or more in 200 come once in 900 times
+  Eigen::VectorXd r = white(rows, 1);
+  const Segment& second = experiment.segments[1];
+  const double from = second.time(0) + 3.0;
+  for (std::size_t k = 0; k < second.count; ++k) {
+    if (second.time(k) >= from && second.time(k) < from + 1.5) r(blocks[1].first + static_cast<Eigen::Index>(k)) += 5.0;
+  }
+  const std::vector<Misfit> found = misfits(r, blocks, noise, joints, experiment);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].recording, second.file);
+  EXPECT_EQ(found[0].joint, "swing");
+  EXPECT_NEAR(found[0].begin, from, 0.02);
+  EXPECT_NEAR(found[0].end, from + 2.0, 0.02);
+  EXPECT_GT(found[0].ratio, 3.0);
+  EXPECT_LT(found[0].p_value, 1e-3);
+}
+
 TEST(Diagnosis, FindsAConcealedDeadbandWithItsSizeAndRemovesIt) {
   const Diagnosis d = diagnose(concealed_deadband(), small());
   EXPECT_EQ(d.verdict, Verdict::missing_physics);

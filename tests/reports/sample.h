@@ -113,7 +113,7 @@ inline Diagnosis hostile_diagnosis() {
   f.recordings = f.regions = {attack};
   f.times = {{attack, 0.0, 1.0}};
   f.parameters.front().name = f.parameters.front().unit = attack;
-  d.unexplained = {true, {attack}, {attack}, 0.5};
+  d.unexplained = {true, {attack}, {attack}, {{attack, attack, 0.0, 1.0, 3.0, 1e-9}}, 0.5};
   d.noise.front().first = attack;
   for (FitResult* result : {&d.before, &d.after}) {
     result->engine = result->optimizer = attack;
