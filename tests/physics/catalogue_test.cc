@@ -131,10 +131,8 @@ const std::vector<Law>& laws() {
        {{"q_lim", 0.0}, {"k", -400.0}},
        [](const Block& b) { return b.drive(b.u) + 400.0 * std::max(0.0 - b.x, 0.0); }},
       {"end_stop",
-       {{"q_lim", 0.2}, {"k", 400.0}, {"c", 30.0}},
-       [](const Block& b) {
-         return b.drive(b.u) - (b.x > 0.2 ? std::max(400.0 * (b.x - 0.2) + 30.0 * b.v, 0.0) : 0.0);
-       },
+       {{"q_lim", 0.2}, {"k", 400.0}, {"T", 0.05}},
+       [](const Block& b) { return b.drive(b.u) - (b.x > 0.2 ? 400.0 * std::max(b.x - 0.2 + 0.05 * b.v, 0.0) : 0.0); },
        nullptr,
        nullptr,
        nullptr,
