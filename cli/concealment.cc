@@ -9,7 +9,7 @@
 
 #include "cli/recording_choice.h"
 #include "cli/settings.h"
-#include "ga/least_squares.h"
+#include "cli/true_machine.h"
 #include "ga/random.h"
 #include "scenarios/error.h"
 #include "scenarios/text.h"
@@ -17,16 +17,11 @@
 namespace lacuna {
 namespace {
 
-constexpr double kUnknownNoise = 1e-3;  // of a channel's range, where the scenario neither states nor shows its noise
-constexpr double kCorrelated = 5.0;     // sampling periods over which coloured noise falls to 1/e
+constexpr double kCorrelated = 5.0;                    // sampling periods over which coloured noise falls to 1/e
 constexpr double kStepShare = 0.8, kWhiteShare = 0.6;  // of quantised noise' rms: steps and what lies beneath them
-constexpr int kRefitIterations = 20;
-constexpr double kTolerance = 1e-8, kRoughTolerance = 1e-6;  // of the truth's steps; rough while a strength is sought
+constexpr std::uint32_t kNoise = 42;                   // use of random draws: streams of its own
 
-/// Uses of random draws: each has streams of its own.
-enum Purpose : std::uint32_t { kPerturb = 41, kNoise = 42, kWhen = 43 };
-
-using Channels = std::vector<std::vector<double>>;
+using Channels = TrueMachine::Channels;
 
 /// The scenario with each file once, simulated whole, and only what can be simulated measured.
 Scenario free_runs_of(const Scenario& scenario) {
@@ -38,302 +33,6 @@ Scenario free_runs_of(const Scenario& scenario) {
     out.noise.erase(kind);
   }
   return out;
-}
-
-void set_noise(Experiment& experiment) {
-  for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
-    Channel& channel = experiment.channels[c];
-    if (channel.noise > 0.0) continue;
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const Segment& segment : experiment.segments) {
-      for (const double x : segment.measured[c])
-        if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
-    }
-    channel.noise = high > low ? kUnknownNoise * (high - low) : kUnknownNoise;
-  }
-}
-
-/// Every free parameter moved up or down by a share within [least, most]; a start value of 0 by that share of its bounds.
-std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario, const SearchSpace& space,
-                              const ConcealOptions& options) {
-  std::vector<double> values = model.values();
-  std::vector<std::size_t> masses;
-  std::vector<int> free;
-  for (const Axis& axis : space.axes()) free.push_back(axis.parameter);
-  if (space.dependent() >= 0) free.push_back(space.dependent());
-  const Box box = space.box(model);
-  double before = 0.0, after = 0.0;
-  for (std::size_t k = 0; k < free.size(); ++k) {
-    const std::size_t i = static_cast<std::size_t>(free[k]);
-    RandomStream stream(options.seed, static_cast<std::uint32_t>(i), 0, kPerturb);
-    const double share =
-        stream.uniform(options.perturb_least, options.perturb_most) * (stream.chance(0.5) ? 1.0 : -1.0);
-    const double start = values[i];
-    const bool searched = k < space.size(), inverse = searched && space.axes()[k].coordinate == Coordinate::inverse;
-    const double width = searched && !inverse ? box.upper[k] - box.lower[k] : 0.0;
-    values[i] = start != 0.0 ? start * (1.0 + share) : 0.5 * share * width;
-    if (searched && !inverse)
-      values[i] = std::clamp(values[i], box.lower[k] + 0.02 * width, box.upper[k] - 0.02 * width);
-    if (model.parameters()[i].info != nullptr) continue;
-    masses.push_back(i);
-    before += start;
-    after += values[i];
-  }
-  if (!scenario.total_mass || masses.empty()) return values;
-  // A known total stays: the free masses are scaled together, and what the bounds refuse goes to the dependent one.
-  double fixed = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (model.parameters()[i].info == nullptr) fixed += model.parameters()[i].value;
-  fixed -= before;
-  for (const std::size_t i : masses) values[i] *= (*scenario.total_mass - fixed) / after;
-  return space.expand(space.contract(values));
-}
-
-/// An effect of the catalogue at its place with all its parameters.
-class Hidden {
- public:
-  Hidden(const HiddenEffect& asked, const PlantModel& plain, const Experiment& experiment,
-         std::span<const double> values)
-      : asked_(asked), info_(effect_table()[static_cast<std::size_t>(find_effect(asked.effect))]) {
-    const auto joint = plain.robot().find_joint(asked.place);
-    const std::string where = "--effect " + printable(asked.effect + ":" + asked.place, 80);
-    if (info_.where == Where::joint && !joint) {
-      std::vector<std::string> names;
-      for (const Joint& known : plain.robot().joints()) names.push_back(known.name);
-      throw InputError(where, "the place " + quoted(asked.place), one_of(names));
-    }
-    if (info_.where == Where::arm && asked.place != "arm")
-      throw InputError(where, "the place " + quoted(asked.place), "arm");
-    if (!asked.recordings.empty() && !info_.per_recording)
-      throw InputError("--recordings", "with " + asked.effect,
-                       "an effect that may act in some recordings only, as payload");
-    parameters_ = effect_parameters(info_, plain.robot(), joint ? *joint : -1);
-    for (const EffectParameter& p : parameters_) {
-      const double size = typical_size(p.info->scale, plain, experiment, p.joint, values);
-      const bool typical = !p.info->starts.empty() && !p.info->optional;
-      values_.push_back(typical ? typical_origin(p.info->scale, experiment, p.joint) + p.info->starts.front() * size
-                                : p.info->neutral);
-    }
-    put_given(where);
-    if (strength() == leading_parameter(info_).neutral)
-      throw InputError(where, "a strength that does nothing", "another value");
-  }
-
-  const HiddenEffect& asked() const { return asked_; }
-  double strength() const {
-    const auto at = std::find_if(parameters_.begin(), parameters_.end(),
-                                 [&](const EffectParameter& p) { return p.info == &leading_parameter(info_); });
-    return values_[static_cast<std::size_t>(at - parameters_.begin())];
-  }
-  /// The effect `factor` times as strong.
-  EffectSpec spec(double factor) const {
-    EffectSpec out{asked_.effect, asked_.place, {}, asked_.recordings, "--effect"};
-    for (std::size_t k = 0; k < values_.size(); ++k) {
-      const ParameterInfo& p = *parameters_[k].info;
-      out.parameters[parameters_[k].key] = std::clamp(strengthened(info_, p, values_[k], factor), p.lower, p.upper);
-    }
-    return out;
-  }
-  void scale(double factor) {
-    const EffectSpec scaled = spec(factor);
-    for (std::size_t k = 0; k < values_.size(); ++k) values_[k] = scaled.parameters.at(parameters_[k].key);
-  }
-  std::vector<std::pair<std::string, double>> parameters() const {
-    std::vector<std::pair<std::string, double>> out;
-    for (std::size_t k = 0; k < values_.size(); ++k) out.emplace_back(parameters_[k].key, values_[k]);
-    return out;
-  }
-
- private:
-  void put_given(const std::string& where) {
-    for (const auto& [name, value] : asked_.given) {
-      std::size_t at = name.empty() ? 0 : parameters_.size();
-      std::vector<std::string> known;
-      for (std::size_t k = 0; k < parameters_.size(); ++k) {
-        known.push_back(parameters_[k].key);
-        if (name == known.back()) at = k;
-      }
-      if (at == parameters_.size()) throw InputError(where, "the parameter " + quoted(name), one_of(known));
-      const ParameterInfo& p = *parameters_[at].info;
-      if (!(value >= p.lower && value <= p.upper))
-        throw InputError(
-            where, format_number(value),
-            fmt::format("{} from {} to {} {}", known[at], format_number(p.lower), format_number(p.upper), p.unit));
-      // A strength alone keeps the typical proportions of those like it: break-away stays above sliding friction.
-      const double factor = values_[at] != 0.0 ? value / values_[at] : 0.0;
-      for (std::size_t k = 0; name.empty() && k < values_.size(); ++k)
-        if (k != at && factor > 0.0 && parameters_[k].info->scale == p.scale && p.scale != Scale::ratio &&
-            !parameters_[k].info->optional)
-          values_[k] *= factor;
-      values_[at] = value;
-    }
-  }
-
-  HiddenEffect asked_;
-  const EffectInfo& info_;
-  std::vector<EffectParameter> parameters_;
-  std::vector<double> values_;
-};
-
-/// The true machine: its simulations, and what a plain refit leaves of them.
-class Machine {
- public:
-  Machine(const Scenario& scenario, const ConcealOptions& options)
-      : scenario_(scenario),
-        options_(options),
-        plain_(scenario),
-        experiment_(make_experiment(scenario)),
-        space_(plain_, scenario),
-        values_(perturbed(plain_, scenario, space_, options)),
-        train_(experiment_.with_role(Role::train)) {
-    if (train_.empty())
-      throw InputError(scenario.file.string() + ": recordings", "none with role train", "at least one");
-    set_noise(experiment_);
-    for (std::size_t k = 0; k < options.effects.size(); ++k) add(options.effects[k], k);
-  }
-
-  std::vector<Hidden> hidden;
-  std::vector<OutsidePhysics> outside;
-  const Experiment& experiment() const { return experiment_; }
-  const SearchSpace& space() const { return space_; }
-  const PlantModel& plain() const { return plain_; }
-  const std::vector<double>& values() const { return values_; }
-
-  /// [segment][channel][sample], noise-free.
-  std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
-                               const std::vector<OutsidePhysics>& others, double tolerance) const {
-    const PlantModel model = plain_.with_effects(effects);
-    std::vector<double> values = model.values();
-    std::copy(values_.begin(), values_.end(), values.begin());
-    TruthOptions truth{.engine = options_.engine, .tolerance = tolerance, .outside = others, .stop = options_.stop};
-    std::vector<Channels> out(segments.size());
-    parallel_for(
-        options_.threads, static_cast<int>(segments.size()),
-        [&](int, int piece) {
-          const std::size_t i = static_cast<std::size_t>(piece);
-          const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments[i])];
-          out[i] = simulate_truth(model, segment, experiment_.channels, model.values_in(segment.file, values), truth);
-        },
-        options_.stop);
-    return out;
-  }
-
-  /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted.
-  std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
-                                       const std::vector<OutsidePhysics>& others, double tolerance) const {
-    const std::vector<Channels> moved = motion(train_, effects, others, tolerance);
-    Experiment seen = experiment_;
-    for (std::size_t i = 0; i < train_.size(); ++i) {
-      Segment& segment = seen.segments[static_cast<std::size_t>(train_[i])];
-      segment.measured = moved[i];
-      for (std::size_t c = 0; c < seen.channels.size(); ++c) {
-        const std::size_t j = static_cast<std::size_t>(seen.channels[c].joint);
-        if (seen.channels[c].kind == ChannelKind::position) segment.q0[j] = moved[i][c].front();
-        if (seen.channels[c].kind == ChannelKind::position) segment.v0[j] = 0.0;
-      }
-    }
-    SimulatorOptions simulator{"featherstone", options_.threads, 0.005, options_.stop};
-    simulator.max_step = choose_step(plain_, seen, simulator, values_).step;
-    std::vector<double> weights;
-    for (const Channel& channel : seen.channels) weights.push_back(channel.noise);
-    Problem problem(plain_, seen, space_, simulator, weights);
-    const std::vector<double> start = space_.contract(values_);
-    const Eigen::VectorXd raw = problem.residual(start, train_);
-    const auto rms = [](double squares, Eigen::Index n) { return std::sqrt(squares / static_cast<double>(n)); };
-    double left = raw.squaredNorm();
-    if (space_.size() > 0) {
-      LeastSquaresOptions finish;
-      finish.iterations = kRefitIterations;
-      finish.polish = false;
-      finish.control.stop = options_.stop;
-      left = std::min(left, solve_least_squares(problem, start, train_, finish).sum_of_squares);
-    }
-    return {rms(raw.squaredNorm(), raw.size()), rms(left, raw.size())};
-  }
-
- private:
-  void add(const HiddenEffect& asked, std::size_t index) {
-    if (!asked.outside) {
-      hidden.emplace_back(asked, plain_, experiment_, values_);
-      return;
-    }
-    const std::string where = "--effect " + printable(asked.effect + ":" + asked.place, 80);
-    const auto joint = scenario_.robot->find_joint(asked.place);
-    if (!joint) throw InputError(where, "the place " + quoted(asked.place), "a joint");
-    if (!asked.recordings.empty())
-      throw InputError("--recordings", "with " + asked.effect,
-                       "an effect that may act in some recordings only, as payload");
-    const bool drops = *asked.outside == OutsidePhysics::Kind::command_dropout;
-    const double effort = typical_size(Scale::effort, plain_, experiment_, *joint, values_);
-    OutsidePhysics physics{*asked.outside, *joint, drops ? 0.3 : 0.2 * effort, {}};
-    for (const auto& [name, value] : asked.given) {
-      if (!name.empty() && name != "strength") throw InputError(where, "the parameter " + quoted(name), "strength");
-      physics.strength = value;
-    }
-    if (!(physics.strength > 0.0) || !std::isfinite(physics.strength))
-      throw InputError(where, format_number(physics.strength), "a strength above 0");
-    physics.times = drawn_times(index);
-    outside.push_back(std::move(physics));
-  }
-
-  /// Three instants a recording, one in each third.
-  std::vector<std::vector<double>> drawn_times(std::size_t index) const {
-    std::vector<std::vector<double>> out(scenario_.recordings.size());
-    for (const Segment& segment : experiment_.segments) {
-      RandomStream stream(options_.seed, static_cast<std::uint32_t>(segment.recording),
-                          static_cast<std::uint32_t>(index), kWhen);
-      const double span = segment.time(segment.count - 1);
-      for (int third = 0; third < 3; ++third)
-        out[static_cast<std::size_t>(segment.recording)].push_back(span * (third + stream.uniform(0.15, 0.85)) / 3.0);
-    }
-    return out;
-  }
-
-  const Scenario& scenario_;
-  const ConcealOptions& options_;
-  PlantModel plain_;
-  Experiment experiment_;
-  SearchSpace space_;
-  std::vector<double> values_;
-  std::vector<int> train_;
-};
-
-/// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, nearly in proportion.
-template <class Left>
-double factor_for(double visibility, const std::string& name, const Left& left) {
-  constexpr int kTries = 9;
-  constexpr double kCloseEnough = 0.05, kMostAtOnce = 8.0;
-  double factor = 1.0, last_log = 0.0, last_seen = 0.0, slope = 1.0, seen = 0.0;
-  for (int k = 0; k < kTries; ++k) {
-    seen = left(factor);
-    if (std::fabs(seen / visibility - 1.0) < kCloseEnough) return factor;
-    if (!(seen > 0.0) || !std::isfinite(seen)) break;
-    const double at = std::log(factor);
-    if (k > 0 && std::fabs(at - last_log) > 1e-9)
-      slope = std::clamp((std::log(seen) - std::log(last_seen)) / (at - last_log), 0.3, 3.0);
-    last_log = at;
-    last_seen = seen;
-    factor *= std::clamp(std::pow(visibility / seen, 1.0 / slope), 1.0 / kMostAtOnce, kMostAtOnce);
-  }
-  throw WorkError(
-      fmt::format("{} cannot be made as visible as {}: {:.3g} is what was reached", name, visibility, seen));
-}
-
-void set_strengths(Machine& machine, const ConcealOptions& options) {
-  if (!options.visibility) return;
-  for (Hidden& effect : machine.hidden) {
-    const std::string name = effect.asked().effect + " at " + effect.asked().place;
-    effect.scale(factor_for(*options.visibility, name, [&](double factor) {
-      return machine.visibility({effect.spec(factor)}, {}, kRoughTolerance).second;
-    }));
-  }
-  for (OutsidePhysics& physics : machine.outside) {
-    physics.strength *= factor_for(*options.visibility, to_string(physics.kind), [&](double factor) {
-      OutsidePhysics scaled = physics;
-      scaled.strength *= factor;
-      return machine.visibility({}, {scaled}, kRoughTolerance).second;
-    });
-  }
 }
 
 /// One channel as its transducer gives it.
@@ -449,7 +148,7 @@ void check_files(const Scenario& runs, const std::vector<HiddenEffect>& effects)
   }
 }
 
-std::vector<ConcealedEffect> concealed_effects(const Machine& machine, const ConcealOptions& options) {
+std::vector<ConcealedEffect> concealed_effects(const TrueMachine& machine, const ConcealOptions& options) {
   std::vector<ConcealedEffect> out;
   for (const Hidden& effect : machine.hidden) out.push_back({effect.asked(), effect.strength(), effect.parameters()});
   std::size_t outside = 0;
@@ -459,13 +158,13 @@ std::vector<ConcealedEffect> concealed_effects(const Machine& machine, const Con
 }
 
 /// One recording per entry of `runs`, noise included.
-std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, const Machine& machine,
+std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, const TrueMachine& machine,
                                                          const std::vector<EffectSpec>& effects,
                                                          const ConcealOptions& options) {
   const Experiment& experiment = machine.experiment();
   std::vector<int> all(experiment.segments.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const std::vector<Channels> moved = machine.motion(all, effects, machine.outside, kTolerance);
+  const std::vector<Channels> moved = machine.motion(all, effects, machine.outside, kTruthTolerance);
   std::vector<std::shared_ptr<const Recording>> out(runs.recordings.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Segment& segment = experiment.segments[i];
@@ -475,7 +174,7 @@ std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, c
   return out;
 }
 
-std::vector<std::pair<std::string, double>> truth_of(const Machine& machine) {
+std::vector<std::pair<std::string, double>> truth_of(const TrueMachine& machine) {
   std::vector<int> free;
   for (const Axis& axis : machine.space().axes()) free.push_back(axis.parameter);
   if (machine.space().dependent() >= 0) free.push_back(machine.space().dependent());
@@ -547,13 +246,14 @@ Concealment conceal(const Scenario& scenario, const ConcealOptions& options) {
   const Scenario runs = free_runs_of(scenario);
   refuse_shared_names(runs);
   check_files(runs, options.effects);
-  Machine machine(runs, options);
-  set_strengths(machine, options);
+  TrueMachine machine(runs, options);
+  machine.set_strengths();
   std::vector<EffectSpec> effects;
   for (const Hidden& effect : machine.hidden) effects.push_back(effect.spec(1.0));
   Concealment out;
   out.effects = concealed_effects(machine, options);
-  std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) = machine.visibility(effects, machine.outside, kTolerance);
+  std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) =
+      machine.visibility(effects, machine.outside, kTruthTolerance);
   out.scenario = handed_over(scenario, runs, machine.experiment(), record_all(runs, machine, effects, options));
   out.truth = truth_of(machine);
   out.noise = noise_of(machine.experiment());

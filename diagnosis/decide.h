@@ -8,8 +8,8 @@
 //  - none of its own numbers was driven to the end of its range.
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
 // of the effective samples (Schwarz). Gains closer to the best than what the integration error can feign count as the
-// best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities
-// are shares of exp(evidence) among all that pass and chance.
+// best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities are shares of
+// exp(evidence) among all that pass and chance.
 #pragma once
 
 #include <cstdint>

@@ -114,6 +114,7 @@ double stability(std::span<const double> first, std::span<const double> second, 
 }
 
 double chance_of_energy(double ratio, double n) {
+  if (!std::isfinite(ratio)) return 0.0;  // a model that diverges
   const double z = (std::cbrt(ratio) - (1.0 - 2.0 / (9.0 * n))) / std::sqrt(2.0 / (9.0 * n));
   return boost::math::cdf(boost::math::complement(boost::math::normal(), std::min(z, 35.0)));
 }

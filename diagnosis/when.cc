@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "ga/least_squares.h"
 
@@ -40,6 +41,25 @@ bool continues(const Misfit& before, const Misfit& next) {
   return before.recording == next.recording && before.joint == next.joint && next.begin <= before.end + 1e-9;
 }
 
+void join(Misfit& last, const Misfit& next) {
+  const double before = last.end - last.begin, more = next.end - next.begin;
+  last.ratio =
+      std::sqrt((last.ratio * last.ratio * before + next.ratio * next.ratio * more) / std::max(before + more, 1e-12));
+  last.end = next.end;
+  last.p_value = std::min(last.p_value, next.p_value);
+}
+
+/// The `kMostMisfits` of most energy, that first.
+std::vector<Misfit> largest(const std::vector<Misfit>& all, const std::vector<double>& energies) {
+  std::vector<std::size_t> order(all.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return energies[a] > energies[b]; });
+  if (order.size() > kMostMisfits) order.resize(kMostMisfits);
+  std::vector<Misfit> out;
+  for (const std::size_t k : order) out.push_back(all[k]);
+  return out;
+}
+
 }  // namespace
 
 std::vector<Misfit> misfits(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
@@ -64,24 +84,14 @@ std::vector<Misfit> misfits(const Eigen::VectorXd& residual, std::span<const Res
                  w.begin,          w.end,
                  std::sqrt(ratio), p};
     if (!out.empty() && continues(out.back(), found)) {
-      Misfit& last = out.back();
-      const double before = last.end - last.begin, more = found.end - found.begin;
-      last.ratio = std::sqrt((last.ratio * last.ratio * before + ratio * more) / std::max(before + more, 1e-12));
-      last.end = found.end;
-      last.p_value = std::min(last.p_value, p);
+      join(out.back(), found);
       energies.back() += energy;
     } else {
       out.push_back(std::move(found));
       energies.push_back(energy);
     }
   }
-  std::vector<std::size_t> order(out.size());
-  for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return energies[a] > energies[b]; });
-  if (order.size() > kMostMisfits) order.resize(kMostMisfits);
-  std::vector<Misfit> sorted;
-  for (const std::size_t k : order) sorted.push_back(out[k]);
-  return sorted;
+  return largest(out, energies);
 }
 
 }  // namespace lacuna

@@ -9,7 +9,19 @@
 
 namespace lacuna {
 
-constexpr int kLoadPasses = 16;
+/// The effort x = f(x) of a joint whose friction depends on it, from x = 0. f is a line on each side of a turn in the load,
+/// where Steffensen's step is exact: two find the side and the point; the third is for a turn met on the way.
+template <class T, class Function>
+T fixed_point(const Function& f) {
+  constexpr int kSteps = 3;
+  T x(0.0);
+  for (int step = 0; step < kSteps; ++step) {
+    const T once = f(x), twice = f(once);
+    const T change = once - x, bend = twice - once - change;
+    x = select(abs(bend) > T(1e-12) * abs(change), x - change * change / bend, twice);
+  }
+  return x;
+}
 
 /// The command in force at a sample, delays taken off; before the track's start its first value.
 template <class T, class Dyn>
@@ -80,12 +92,12 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
       plant.effort(joint, now, qk[j], vk[j], uk[j], z.data(), m.data(), nullptr, m.data());
       const Instant<T> here{now.t, T(0.0), now.speeds};  // the memories are of this sample by now
       given[j][k] = plant.driven_effort(joint, here, qk[j], vk[j], uk[j], z.data(), m.data());
-      // Friction may depend on the very effort that is sought: each pass leaves a share mu of the last one's error.
-      T& sought = needed[j][k] = T(0.0);
-      for (int pass = 0; pass < (plant.is_loaded(joint) ? kLoadPasses : 1); ++pass) {
-        sought = tau[j] - plant.passive_effort(joint, here, qk[j], vk[j], z.data(), m.data(), sought) +
-                 sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
-      }
+      const auto behind = [&](const T& effort) {
+        return tau[j] - plant.passive_effort(joint, here, qk[j], vk[j], z.data(), m.data(), effort) +
+               sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
+      };
+      // Friction may depend on the very effort that is sought.
+      needed[j][k] = plant.is_loaded(joint) ? fixed_point<T>(behind) : behind(T(0.0));
     }
   }
   const std::size_t edge = static_cast<std::size_t>(0.5 * rate / cutoff) + 1;

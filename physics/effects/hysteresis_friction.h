@@ -11,7 +11,7 @@ struct HysteresisFriction {
     return {"hysteresis_friction",
             "Hysteresis friction",
             Where::joint,
-            "tau -= sigma0 z; dz = (1 - sigma0 z sgn(dq)/Fc) dq",
+            "tau -= sigma0 z + sigma1 dz/dt; dz = (1 - sigma0 z sgn(dq)/Fc) dq",
             "loops before break-away",
             "coulomb_friction, stiffness",
             "P. R. Dahl, AIAA Journal 14 (1976); LuGre at constant friction: Canudas de Wit et al., IEEE TAC 40 (1995)",

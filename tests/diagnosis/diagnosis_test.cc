@@ -251,44 +251,44 @@ CurrentModel found(const CurrentModel& plain, const Experiment& experiment, cons
   return out;
 }
 
+/// A model with two findings on the pendulum, from a plain refit.
+struct Pruned {
+  explicit Pruned(const Scenario& scenario, const std::string& first, const std::vector<double>& strengths)
+      : model(scenario), experiment(make_experiment(scenario)), space(model, scenario), findings(2) {
+    FitResult fit;
+    plain = identify_plain(model, experiment, space, small().identify, fit);
+    findings[0].effect = first;
+    findings[1].effect = "valve_deadband";
+    for (Finding& f : findings) f.place = "swing";
+    both = found(*plain, experiment, findings, strengths);
+  }
+  std::vector<std::string> again() { return prune(*plain, *both, findings, experiment, on("featherstone", 0.005), {}); }
+
+  PlantModel model;
+  Experiment experiment;
+  SearchSpace space;
+  std::optional<CurrentModel> plain, both;
+  std::vector<Finding> findings;
+};
+
 TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
-  const Scenario scenario = concealed_deadband();
-  const PlantModel model(scenario);
-  const Experiment experiment = make_experiment(scenario);
-  const SearchSpace space(model, scenario);
-  FitResult fit;
-  const CurrentModel plain = identify_plain(model, experiment, space, small().identify, fit);
-  std::vector<Finding> findings(2);
-  findings[0].effect = "quadratic_damping";
-  findings[1].effect = "valve_deadband";
-  for (Finding& f : findings) f.place = "swing";
-  CurrentModel both = found(plain, experiment, findings, {0.01, kDeadband});
-  EXPECT_EQ(prune(plain, both, findings, experiment, on("featherstone", 0.005), {}),
-            std::vector<std::string>{"quadratic_damping at swing"});
-  ASSERT_EQ(findings.size(), 1u);
-  EXPECT_EQ(findings[0].effect, "valve_deadband");
-  ASSERT_EQ(both.model.effects().size(), 1u);
-  EXPECT_NEAR(both.space.expand(both.fit.point).back(), kDeadband, 0.02 * kDeadband);
-  EXPECT_TRUE(prune(plain, both, findings, experiment, on("featherstone", 0.005), {}).empty()) << "the last one stays";
+  Pruned two(concealed_deadband(), "quadratic_damping", {0.01, kDeadband});
+  EXPECT_EQ(two.again(), std::vector<std::string>{"quadratic_damping at swing"});
+  ASSERT_EQ(two.findings.size(), 1u);
+  EXPECT_EQ(two.findings[0].effect, "valve_deadband");
+  ASSERT_EQ(two.both->model.effects().size(), 1u);
+  EXPECT_NEAR(two.both->space.expand(two.both->fit.point).back(), kDeadband, 0.02 * kDeadband);
+  EXPECT_TRUE(two.again().empty()) << "the last one stays";
 }
 
 TEST(Prune, KeepsTwoThatAreBothThere) {
-  const Scenario scenario = pendulum_problem(
-      kStart, kDrive, kNoise,
-      {effect("valve_deadband", "swing", {{"d", kDeadband}}), effect("valve_asymmetry", "swing", {{"a", 0.2}})}, 10.0,
-      available_engines().back());
-  const PlantModel model(scenario);
-  const Experiment experiment = make_experiment(scenario);
-  const SearchSpace space(model, scenario);
-  FitResult fit;
-  const CurrentModel plain = identify_plain(model, experiment, space, small().identify, fit);
-  std::vector<Finding> findings(2);
-  findings[0].effect = "valve_asymmetry";
-  findings[1].effect = "valve_deadband";
-  for (Finding& f : findings) f.place = "swing";
-  CurrentModel both = found(plain, experiment, findings, {0.2, kDeadband});
-  EXPECT_TRUE(prune(plain, both, findings, experiment, on("featherstone", 0.005), {}).empty());
-  EXPECT_EQ(findings.size(), 2u);
+  Pruned two(pendulum_problem(kStart, kDrive, kNoise,
+                              {effect("valve_deadband", "swing", {{"d", kDeadband}}),
+                               effect("valve_asymmetry", "swing", {{"a", 0.2}})},
+                              10.0, available_engines().back()),
+             "valve_asymmetry", {0.2, kDeadband});
+  EXPECT_TRUE(two.again().empty());
+  EXPECT_EQ(two.findings.size(), 2u);
 }
 
 TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {

@@ -60,6 +60,16 @@ std::function<void(Block&, double)> cross(double half, double loss) {
   };
 }
 
+Law transmission(const char* effect, double half, double loss) {
+  std::map<std::string, double> parameters{{"k", kSpring}, {"J", kSide}};
+  if (half > 0.0) parameters["gap"] = half;
+  if (loss > 0.0) parameters["c"] = loss;
+  constexpr double kHand = 1e-4, kHandStep = 2e-6;  // m, s: the explicit rule's own
+  return {effect,       parameters,        [=](const Block& b) { return pull(b, half, loss); },
+          settle(half), cross(half, loss), nullptr,
+          kHand,        kHandStep};
+}
+
 /// Bristles of 200 N/m up to 2 N, past: their effort, N, and where that was. Over no time they take what the drive does
 /// not need to hold the block.
 std::function<void(Block&, double)> bend() {
@@ -137,38 +147,10 @@ const std::vector<Law>& laws() {
        nullptr,
        nullptr,
        3e-4},  // the block meets the damper inside a step of 1 ms
-      {"backlash",
-       {{"gap", 0.05}, {"k", kSpring}, {"J", kSide}},
-       [](const Block& b) { return pull(b, 0.05, 0.0); },
-       settle(0.05),
-       cross(0.05, 0.0),
-       nullptr,
-       1e-4,  // the hand's own
-       2e-6},
-      {"joint_compliance",
-       {{"k", kSpring}, {"J", kSide}},
-       [](const Block& b) { return pull(b, 0.0, 0.0); },
-       settle(0.0),
-       cross(0.0, 0.0),
-       nullptr,
-       1e-4,  // the hand's own
-       2e-6},
-      {"backlash",
-       {{"gap", 0.05}, {"k", kSpring}, {"J", kSide}, {"c", kLoss}},
-       [](const Block& b) { return pull(b, 0.05, kLoss); },
-       settle(0.05),
-       cross(0.05, kLoss),
-       nullptr,
-       1e-4,  // the hand's own
-       2e-6},
-      {"joint_compliance",
-       {{"k", kSpring}, {"J", kSide}, {"c", kLoss}},
-       [](const Block& b) { return pull(b, 0.0, kLoss); },
-       settle(0.0),
-       cross(0.0, kLoss),
-       nullptr,
-       1e-4,  // the hand's own
-       2e-6},
+      transmission("backlash", 0.05, 0.0),
+      transmission("backlash", 0.05, kLoss),
+      transmission("joint_compliance", 0.0, 0.0),
+      transmission("joint_compliance", 0.0, kLoss),
       {"thermal_drift",
        {{"depth", 0.5}, {"tau", 0.6}},
        [](const Block& b) { return b.drive(b.u) + 0.5 * (1.0 - std::exp(-b.t / 0.6)) * kDamping * b.v; }},

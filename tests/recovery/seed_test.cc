@@ -1,6 +1,8 @@
 // Planted truth must be recovered: the seed's nine parameters of joint 2, up to what angles identify, on every engine.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "tests/ga/plant_problems.h"
@@ -16,11 +18,22 @@ constexpr double kShare = 0.01;           // of the truth; standard errors are s
 constexpr double kNoiseFreeShare = 2e-3;  // of the truth: integration at kStep, and ODE's accelerations
 const std::vector<std::string> kTables{"table1", "table5"};
 
+// Sanitized code is some thirty times slower: the same paths over fewer seconds and a smaller search.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr double kSeconds = 5.0;
+constexpr int kPopulation = 14, kGenerations = 4;
+#else
+constexpr double kSeconds = 20.0;
+constexpr int kPopulation = 70, kGenerations = 30;
+#endif
+
 /// The bundled preset with its recordings (Simbody's accelerations, Dormand-Prince, noise of 3e-4 rad), or its truth.
 Scenario loaded(const std::string& file, bool recordings) {
   ScenarioOptions options;
   options.load_recordings = recordings;
-  return load_scenario(std::filesystem::path(LACUNA_SOURCE_DIR) / "scenarios/hydrolek" / file, options);
+  Scenario scenario = load_scenario(std::filesystem::path(LACUNA_SOURCE_DIR) / "scenarios/hydrolek" / file, options);
+  for (RecordingSpec& recording : scenario.recordings) recording.to = kSeconds;
+  return scenario;
 }
 
 /// What joint 2's angle identifies: effort terms over stiffness.
@@ -111,10 +124,13 @@ TEST(SeedRecoveryBundled, FindsWhatAnglesIdentifyInTheBundledRecordings) {
     IdentifyOptions options;
     options.simulator.threads = 2;
     options.step = kStep;
-    options.genetic.generations = 30;
+    options.genetic.population = kPopulation;
+    options.genetic.generations = kGenerations;
     const FitResult fit = identify(model, experiment, space, options);
     expect_recovered(fit, model, table, kShare);
-    EXPECT_NEAR(fit.rms.front().second.front().second, kNoise, 0.05 * kNoise) << "the residual is the noise";
+    // Three standard errors of an rms of so many samples.
+    const double spread = 3.0 / std::sqrt(2.0 * kSeconds / kStep);
+    EXPECT_NEAR(fit.rms.front().second.front().second, kNoise, spread * kNoise) << "the residual is the noise";
   }
 }
 
@@ -128,8 +144,8 @@ TEST(SeedRecoveryConstraint, HonoursAKnownTotalMassExactly) {
   const SearchSpace space(model, scenario);
   IdentifyOptions options;
   options.step = kStep;
-  options.genetic.population = 30;
-  options.genetic.generations = 10;
+  options.genetic.population = std::min(kPopulation, 30);
+  options.genetic.generations = std::min(kGenerations, 10);
   const FitResult fit = identify(model, experiment, space, options);
   const std::vector<double> found = model.link_masses(fit.values);
   EXPECT_NEAR(std::accumulate(found.begin(), found.end(), 0.0), *scenario.total_mass, 1e-12 * *scenario.total_mass);
@@ -146,8 +162,8 @@ TEST(SeedRecoveryDeterminism, GeneticSearchGivesTheSameBitsOnOneAndTwoThreads) {
     IdentifyOptions options;
     options.step = kStep;
     options.simulator.threads = threads;
-    options.genetic.population = 20;
-    options.genetic.generations = 5;
+    options.genetic.population = std::min(kPopulation, 20);
+    options.genetic.generations = std::min(kGenerations, 5);
     fits.push_back(identify(model, experiment, space, options));
   }
   EXPECT_EQ(fits[0].search_cost, fits[1].search_cost);

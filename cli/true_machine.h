@@ -1,0 +1,78 @@
+// The true machine behind `lacuna conceal`: the scenario's plant with every free parameter moved by a drawn share, the
+// hidden effects, and physics outside the catalogue. Simulated by physics/truth.h.
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/concealment.h"
+#include "ga/search_space.h"
+#include "physics/experiment.h"
+
+namespace lacuna {
+
+constexpr double kTruthTolerance = 1e-8;  ///< of the truth's steps
+
+/// An effect of the catalogue at its place with all its parameters.
+class Hidden {
+ public:
+  /// Strengths that are not given are typical of `plain` in the experiment's motion. Throws InputError.
+  Hidden(const HiddenEffect& asked, const PlantModel& plain, const Experiment& experiment,
+         std::span<const double> values);
+
+  const HiddenEffect& asked() const { return asked_; }
+  double strength() const;  ///< the leading parameter
+  /// The effect `factor` times as strong.
+  EffectSpec spec(double factor) const;
+  void scale(double factor);
+  std::vector<std::pair<std::string, double>> parameters() const;
+
+ private:
+  void put_given(const std::string& where);
+
+  HiddenEffect asked_;
+  const EffectInfo& info_;
+  std::vector<EffectParameter> parameters_;
+  std::vector<double> values_;
+};
+
+/// What it does, and what a plain refit leaves of that. Keeps references to the scenario and the options.
+class TrueMachine {
+ public:
+  using Channels = std::vector<std::vector<double>>;  ///< [channel][sample]
+
+  /// Throws InputError.
+  TrueMachine(const Scenario& scenario, const ConcealOptions& options);
+
+  std::vector<Hidden> hidden;
+  std::vector<OutsidePhysics> outside;
+  const Experiment& experiment() const { return experiment_; }
+  const SearchSpace& space() const { return space_; }
+  const PlantModel& plain() const { return plain_; }
+  const std::vector<double>& values() const { return values_; }
+
+  /// [segment][channel][sample], noise-free.
+  std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
+                               const std::vector<OutsidePhysics>& others, double tolerance) const;
+  /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted.
+  std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
+                                       const std::vector<OutsidePhysics>& others, double tolerance) const;
+  /// Scales each effect to what the options ask of its visibility. Throws WorkError where that cannot be reached.
+  void set_strengths();
+
+ private:
+  void add(const HiddenEffect& asked, std::size_t index);
+  std::vector<std::vector<double>> drawn_times(std::size_t index) const;
+
+  const Scenario& scenario_;
+  const ConcealOptions& options_;
+  PlantModel plain_;
+  Experiment experiment_;
+  SearchSpace space_;
+  std::vector<double> values_;
+  std::vector<int> train_;
+};
+
+}  // namespace lacuna
