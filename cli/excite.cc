@@ -26,21 +26,6 @@ struct ExciteFlags {
   int population = 24, generations = 40;
 };
 
-/// The commands as a recording holds them: the scenario's columns, offsets and scales.
-Recording as_recording(const Trial& trial, const CommandTrack& commands) {
-  Recording out;
-  out.names = {trial.scenario.channels.time};
-  out.columns = {commands.time};
-  for (const auto& [joint, column] : trial.scenario.channels.of.at(ChannelKind::command)) {
-    const auto j = trial.model->robot().find_joint(joint);
-    std::vector<double> values = commands.value[static_cast<std::size_t>(*j)];
-    for (double& u : values) u = (u - column.offset) / column.scale;
-    out.names.push_back(column.column);
-    out.columns.push_back(std::move(values));
-  }
-  return out;
-}
-
 /// Standard error over size from which on a number would say nothing.
 constexpr double kUndetermined = 10.0;
 
@@ -104,7 +89,7 @@ void run(Session& session, const ExciteFlags& flags) {
       throw;
     }
   }
-  write_csv(csv, as_recording(trial, result.best.commands));
+  write_csv(csv, as_recording(trial.scenario, result.best.commands));
   std::vector<std::string> joints;
   for (const Joint& joint : trial.model->robot().joints()) joints.push_back(joint.name);
   const Context context = session.context();

@@ -12,17 +12,27 @@ namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* kFormat = "lacuna-diagnosis-checkpoint/1";
+constexpr const char* kFormat = "lacuna-diagnosis-checkpoint/2";
 
 Json exact(const std::vector<double>& values) {
   Json out = Json::array();
   for (const double x : values) out.push_back(exact_text(x));
   return out;
 }
+Json exact_by_name(const std::map<std::string, double>& values) {
+  Json out = Json::object();
+  for (const auto& [name, value] : values) out[name] = exact_text(value);
+  return out;
+}
 double number(const Json& text) { return std::strtod(text.get_ref<const std::string&>().c_str(), nullptr); }
 std::vector<double> numbers(const Json& list) {
   std::vector<double> out;
   for (const Json& x : list) out.push_back(number(x));
+  return out;
+}
+std::map<std::string, double> named_numbers(const Json& object) {
+  std::map<std::string, double> out;
+  for (const auto& [name, value] : object.items()) out[name] = number(value);
   return out;
 }
 
@@ -45,10 +55,10 @@ Json to_json(const Finding& f) {
       {"members", f.members},
       {"recordings", f.recordings},
       {"regions", f.regions},
-      {"fixed", Json::object()},
       {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
-  for (const Rival& r : f.rivals) out["rivals"].push_back({r.effect, r.place, exact_text(r.probability)});
-  for (const auto& [name, value] : f.fixed) out["fixed"][name] = exact_text(value);
+  for (const Rival& r : f.rivals)
+    out["rivals"].push_back({r.effect, r.place, exact_text(r.probability), exact_by_name(r.fixed), exact(r.own)});
+  out["fixed"] = exact_by_name(f.fixed);
   for (const auto& t : f.times) out["times"].push_back({t.recording, exact_text(t.begin), exact_text(t.end)});
   return out;
 }
@@ -59,11 +69,12 @@ Finding finding_from(const Json& j) {
   f.members = j.at("members").get<std::vector<std::string>>();
   f.recordings = j.at("recordings").get<std::vector<std::string>>();
   f.regions = j.at("regions").get<std::vector<std::string>>();
-  for (const auto& [name, value] : j.at("fixed").items()) f.fixed[name] = number(value);
+  f.fixed = named_numbers(j.at("fixed"));
   const std::vector<double> n = numbers(j.at("numbers"));
   f.probability = n.at(0), f.p_value = n.at(1), f.heldout_gain = n.at(2);
   f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5);
-  for (const Json& r : j.value("rivals", Json::array())) f.rivals.push_back({r.at(0), r.at(1), number(r.at(2))});
+  for (const Json& r : j.value("rivals", Json::array()))
+    f.rivals.push_back({r.at(0), r.at(1), number(r.at(2)), named_numbers(r.at(3)), numbers(r.at(4))});
   for (const Json& t : j.value("times", Json::array())) f.times.push_back({t.at(0), number(t.at(1)), number(t.at(2))});
   return f;
 }

@@ -20,6 +20,8 @@ constexpr double kDisappointing = 1.5;      ///< energy left over the promised o
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
 constexpr double kClassLoss = 3.0;          ///< evidence within this of the winner's: not separated (odds 20 to 1)
 constexpr int kRefitIterations = 25;
+constexpr double kNearly = 0.95;  ///< share of the best one's share of energy
+constexpr double kOneNat = 2.0;   ///< energy over noise that a log-likelihood of 1 is worth
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -62,6 +64,7 @@ class Judge {
       : current_(current),
         experiment_(experiment),
         options_(options),
+        simulator_(options.simulator),
         tries_(tries),
         train_(experiment.with_role(Role::train)),
         validate_(experiment.with_role(Role::validate)),
@@ -97,30 +100,40 @@ class Judge {
       tried = std::move(again);
   }
 
-  /// Least squares to the end, same weights, so that energies compare. Returns whether it could: a candidate that cannot
-  /// be simulated from where it stands is left as it is.
+  /// Least squares to the end: first with the present weights, then with those of what it leaves, since a joint that the
+  /// candidate brings down to its noise decides by that noise how well it does. Residuals are kept in present weights, so
+  /// that candidates compare. Returns whether it could: one that cannot be simulated from where it stands is left as it is.
   bool refit(Tried& tried) {
     tried.refitted = true;
-    Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
-    LeastSquaresOptions finish;
-    finish.iterations = kRefitIterations;
-    finish.tolerance = kRefitTolerance;
-    finish.polish = false;
-    finish.control = options_.control;
+    CurrentModel& model = tried.model;
+    model.weights = current_.weights;
     try {
-      tried.model.fit = solve_least_squares(problem, tried.model.fit.point, train_, finish);
+      solve(model, kRefitTolerance);
+      const std::vector<double> weights = weights_from(model, experiment_, simulator_);
+      if (weights != model.weights) {
+        const Eigen::MatrixXd known = reweighed(model.fit.jacobian, model.weights, weights);
+        model.weights = weights;
+        solve(model, kOneNat / static_cast<double>(model.fit.residual.size()), &known);
+      }
     } catch (const WorkError&) {
       return false;
     }
-    const std::size_t base = current_.space.size();
-    tried.effect.point.assign(tried.model.fit.point.begin(),
-                              tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
-    tried.effect.own.assign(tried.model.fit.point.begin() + static_cast<std::ptrdiff_t>(base),
-                            tried.model.fit.point.end());
-    tried.effect.residual = tried.model.fit.residual;
-    tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
-    judge_heldout(tried);
+    take_over(tried);
     return true;
+  }
+  /// A re-identified candidate once more, from where it stands, at the step in use.
+  void follow(Tried& tried) {
+    const Eigen::MatrixXd known = tried.model.fit.jacobian;
+    solve(tried.model, kOneNat / static_cast<double>(tried.model.fit.residual.size()), &known, true);
+    take_over(tried);
+  }
+
+  /// The step in use; a candidate may need a finer one than the present model does.
+  double step() const { return simulator_.max_step; }
+  void set_step(double step) { simulator_.max_step = step; }
+  double step_for(const Tried& tried) const {
+    return choose_step(tried.model.model, experiment_, simulator_, tried.model.space.expand(tried.model.fit.point))
+        .step;
   }
 
   /// The same effect with its optional parameters free, re-identified from where it stands; nothing where none is fixed.
@@ -169,6 +182,38 @@ class Judge {
   }
 
  private:
+  /// The model's fit becomes the candidate's figures.
+  void take_over(Tried& tried) {
+    const CurrentModel& model = tried.model;
+    const std::size_t base = current_.space.size();
+    tried.effect.point.assign(model.fit.point.begin(), model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
+    tried.effect.own.assign(model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), model.fit.point.end());
+    tried.effect.residual = reweighed(model.fit.residual, model.weights, current_.weights);
+    tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
+    judge_heldout(tried);
+  }
+
+  void solve(CurrentModel& model, double tolerance, const Eigen::MatrixXd* jacobian = nullptr, bool keep = false) {
+    Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
+    LeastSquaresOptions finish;
+    finish.iterations = kRefitIterations;
+    finish.tolerance = tolerance;
+    finish.polish = false;
+    finish.jacobian = jacobian;
+    finish.keep_jacobian = keep;
+    finish.control = options_.control;
+    model.fit = solve_least_squares(problem, model.fit.point, train_, finish);
+  }
+
+  /// Rows of the train segments, weighed by `before`, weighed by `after`.
+  Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const double> before, std::span<const double> after) const {
+    for (const ResidualBlock& block : plain_.layout(train_)) {
+      const std::size_t c = static_cast<std::size_t>(block.channel);
+      rows.middleRows(block.first, block.count) *= before[c] / after[c];
+    }
+    return rows;
+  }
+
   /// Energy that the noise alone would leave on the validate recordings; 0 where it is unknown.
   double noise_floor() const {
     const std::vector<double> noise = noise_levels(current_.model, experiment_);
@@ -190,9 +235,8 @@ class Judge {
     everywhere.recordings.clear();
     const CurrentModel all = extended(current_, experiment_, everywhere, tried.effect.point, tried.effect.own);
     const std::vector<double> values = all.space.expand(all.fit.point);
-    for (const std::string& file :
-         recordings_with_effect(all.model, all.model.effects().back(), values, experiment_, options_.simulator,
-                                current_.weights, {Role::validate, Role::test})) {
+    for (const std::string& file : recordings_with_effect(all.model, all.model.effects().back(), values, experiment_,
+                                                          simulator_, current_.weights, {Role::validate, Role::test})) {
       if (std::find(spec.recordings.begin(), spec.recordings.end(), file) == spec.recordings.end()) {
         spec.recordings.push_back(file);
       }
@@ -202,7 +246,7 @@ class Judge {
   void judge_heldout(Tried& tried) {
     tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tries_);
     if (validate_.empty()) return;
-    Problem problem(tried.model.model, experiment_, tried.model.space, options_.simulator, current_.weights);
+    Problem problem(tried.model.model, experiment_, tried.model.space, simulator_, current_.weights);
     const Eigen::VectorXd after = problem.residual(tried.model.fit.point, validate_);
     tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_));
   }
@@ -210,6 +254,7 @@ class Judge {
   const CurrentModel& current_;
   const Experiment& experiment_;
   const DecideOptions& options_;
+  SimulatorOptions simulator_;
   int tries_;
   std::vector<int> train_, validate_;
   Problem plain_;
@@ -284,7 +329,8 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
       continue;
     }
     if (!tried[k].objection.empty()) continue;
-    if (out.rivals.size() < 5) out.rivals.push_back({spec.effect, spec.place, probability[k]});
+    if (out.rivals.size() < 5)
+      out.rivals.push_back({spec.effect, spec.place, probability[k], spec.parameters, tried[k].effect.own});
     if (spec.place == out.place && best.evidence - tried[k].evidence < kClassLoss) out.members.push_back(spec.effect);
     if (spec.place != out.place && !elsewhere) elsewhere = &tried[k].heldout.blocks;
   }
@@ -318,6 +364,22 @@ void refit_promising(Judge& judge, std::vector<Tried>& tried) {
   }
 }
 
+/// Candidates that explain nearly as much as the best one are told apart by little: by less than the integration error at
+/// the present model's step, if one of them needs a finer one. Then they are re-identified at that.
+void sharpen(Judge& judge, std::vector<Tried>& tried) {
+  std::vector<Tried*> close;
+  double step = judge.step();
+  for (Tried& t : tried) {
+    if (!t.refitted || t.train.share < kNearly * tried.front().train.share || !judge.objection(t).empty()) continue;
+    step = std::min(step, judge.step_for(t));
+    close.push_back(&t);
+    if (close.size() == kShortlist) break;
+  }
+  if (close.empty() || step >= judge.step()) return;
+  judge.set_step(step);
+  for (Tried* t : close) judge.follow(*t);
+}
+
 }  // namespace
 
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
@@ -335,7 +397,10 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
     if (std::optional<Tried> free = judge.freed(tried.front())) tried.push_back(std::move(*free));
   }
   sort_by_evidence(tried, options.integration_error);
-  Decision out{{}, std::nullopt, current};
+  sharpen(judge, tried);
+  sort_by_evidence(tried, options.integration_error);
+  Decision out{{}, std::nullopt, current, options.simulator};
+  out.simulator.max_step = judge.step();
   std::optional<std::size_t> winner;
   for (std::size_t k = 0; k < tried.size(); ++k) {
     tried[k].objection = judge.objection(tried[k]);
@@ -350,7 +415,7 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   if (!winner) return out;
   out.finding = make_finding(tried, *winner, options.seed);
   out.model = tried[*winner].model;
-  refine(out.model, experiment, options.simulator, options.control, kRefitIterations);
+  refine(out.model, experiment, out.simulator, options.control, kRefitIterations);
   return out;
 }
 

@@ -37,6 +37,7 @@ struct Decision {
   std::vector<Candidate> candidates;  ///< everything tried, most evidence first
   std::optional<Finding> finding;     ///< the one kept
   CurrentModel model;                 ///< with it, refitted; the present one if none was kept
+  SimulatorOptions simulator;         ///< with the step at which that was decided
 };
 
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,

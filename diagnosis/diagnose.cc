@@ -8,6 +8,7 @@
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/prune.h"
+#include "diagnosis/separate.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
 #include "scenarios/error.h"
@@ -105,8 +106,12 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
   std::vector<int> all(experiment.segments.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   Problem problem(current.model, experiment, current.space, options, current.weights);
+  // It begins where most of the data have their minimum: sensitivities there do to the end.
+  const Eigen::MatrixXd known = problem.jacobian(current.fit.point, problem.residual(current.fit.point, all), all);
   LeastSquaresOptions finish;
   finish.polish = false;
+  finish.jacobian = &known;
+  finish.keep_jacobian = true;
   FitResult fit;
   fit.solution = solve_least_squares(problem, current.fit.point, all, finish);
   fit.values = current.space.expand(fit.solution.point);
@@ -181,6 +186,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
       finding = std::move(decision.finding);
       candidates = std::move(decision.candidates);
       next = std::move(decision.model);
+      if (finding) simulator = decision.simulator;
       if (finding) describe_evidence(*finding, current, next, experiment, simulator);
       saved.store_round(next, finding, candidates);
     }
@@ -196,6 +202,9 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   report("whether all are needed", 0.9);
   for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
     out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
+
+  report("motions that separate what is alike", 0.91);
+  separate(out.findings, before, current, experiment, simulator, control, out.seed);
 
   report("verifying", 0.92);
   out.after = out.before;

@@ -22,6 +22,16 @@ const char* to_string(Verdict verdict);
 struct Rival {
   std::string effect, place;
   double probability = 0.0;
+  std::map<std::string, double> fixed;  ///< own parameters held at these values
+  std::vector<double> own;              ///< its other parameters where it fitted best, search coordinates
+};
+
+/// The motion that would tell a finding from the rest of its class.
+struct Separation {
+  CommandTrack commands;  ///< [joint], V; from rest at the recordings' start
+  std::string rival;      ///< the member that is hardest to tell apart by it
+  double evidence = 0.0;  ///< log-likelihood to be expected against that one
+  double recorded = 0.0;  ///< the same of one more recording like those there are
 };
 
 /// One effect found.
@@ -37,13 +47,14 @@ struct Finding {
     std::string recording;
     double begin = 0.0, end = 0.0;  ///< s
   };
-  std::vector<Interval> times;       ///< where the residual that it removes is largest
-  std::vector<std::string> regions;  ///< in words
-  double p_value = 1.0;              ///< of the train gain, corrected for everything that was tried
-  double heldout_gain = 0.0;         ///< log-likelihood gained on the validate recordings
-  double heldout_error = 0.0;        ///< its standard error over blocks
-  double heldout_share = 0.0;        ///< share of the validate residual energy removed
-  double stability = 0.0;            ///< share of block resamples in which it beats the best rival elsewhere
+  std::vector<Interval> times;           ///< where the residual that it removes is largest
+  std::vector<std::string> regions;      ///< in words
+  double p_value = 1.0;                  ///< of the train gain, corrected for everything that was tried
+  double heldout_gain = 0.0;             ///< log-likelihood gained on the validate recordings
+  double heldout_error = 0.0;            ///< its standard error over blocks
+  double heldout_share = 0.0;            ///< share of the validate residual energy removed
+  double stability = 0.0;                ///< share of block resamples in which it beats the best rival elsewhere
+  std::optional<Separation> separation;  ///< where the class has several members
 };
 
 struct Unexplained {

@@ -13,27 +13,6 @@ namespace {
 
 constexpr int kIterations = 25;
 
-/// The current model without finding `left_out`, at the current values of everything else.
-CurrentModel without(std::size_t left_out, const CurrentModel& plain, const CurrentModel& current,
-                     const std::vector<Finding>& findings, const Experiment& experiment) {
-  auto at = current.fit.point.begin();
-  auto take = [&](std::size_t count) {
-    const std::vector<double> taken(at, at + static_cast<std::ptrdiff_t>(count));
-    at += static_cast<std::ptrdiff_t>(count);
-    return taken;
-  };
-  CurrentModel out{plain.model, plain.space, current.weights, {}};
-  out.fit.point = take(plain.space.size());
-  for (std::size_t k = 0; k < findings.size(); ++k) {
-    const Finding& f = findings[k];
-    const EffectSpec spec{f.effect, f.place, f.fixed, f.recordings, f.effect};
-    const CurrentModel more = extended(out, experiment, spec, out.fit.point, {});
-    const std::vector<double> own = take(more.space.size() - out.space.size());
-    if (k != left_out) out = extended(out, experiment, spec, out.fit.point, own);
-  }
-  return out;
-}
-
 struct Loss {
   double gain = HUGE_VAL;  ///< log-likelihood that the finding is worth, train and validate
   bool needed = true;
@@ -44,7 +23,7 @@ struct Loss {
 Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& current,
              const std::vector<Finding>& findings, const Experiment& experiment, const SimulatorOptions& options,
              const RunControl& control) {
-  Loss out{HUGE_VAL, true, without(k, plain, current, findings, experiment)};
+  Loss out{HUGE_VAL, true, rebuilt(plain, current, findings, experiment, k)};
   CurrentModel& rest = out.rest;
   const std::vector<int> train = experiment.with_role(Role::train), validate = experiment.with_role(Role::validate);
   Problem with(current.model, experiment, current.space, options, current.weights);
@@ -73,6 +52,28 @@ Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& curre
 }
 
 }  // namespace
+
+CurrentModel rebuilt(const CurrentModel& plain, const CurrentModel& current, const std::vector<Finding>& findings,
+                     const Experiment& experiment, std::size_t which, const EffectSpec* instead,
+                     const std::vector<double>& own) {
+  auto at = current.fit.point.begin();
+  auto take = [&](std::size_t count) {
+    const std::vector<double> taken(at, at + static_cast<std::ptrdiff_t>(count));
+    at += static_cast<std::ptrdiff_t>(count);
+    return taken;
+  };
+  CurrentModel out{plain.model, plain.space, current.weights, {}};
+  out.fit.point = take(plain.space.size());
+  for (std::size_t k = 0; k < findings.size(); ++k) {
+    const Finding& f = findings[k];
+    const EffectSpec spec{f.effect, f.place, f.fixed, f.recordings, f.effect};
+    const CurrentModel more = extended(out, experiment, spec, out.fit.point, {});
+    const std::vector<double> present = take(more.space.size() - out.space.size());
+    if (k != which) out = extended(out, experiment, spec, out.fit.point, present);
+    if (k == which && instead != nullptr) out = extended(out, experiment, *instead, out.fit.point, own);
+  }
+  return out;
+}
 
 std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
                                const Experiment& experiment, const SimulatorOptions& options,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "diagnosis/partial.h"
 #include "diagnosis/projector.h"
@@ -19,6 +20,8 @@ constexpr double kStrongest = 2.0;   ///< change of the prediction over what is 
 constexpr double kTwin = 0.05;       ///< starts nearer than this share of their size are one
 constexpr int kStartsKept = 2;       ///< of every effect, place and variant, after the first look
 constexpr std::size_t kChains = 40;  ///< starts that are re-identified; and the best one of every effect
+constexpr double kWorthwhile = 0.2;  ///< promised gain over the best one's, under which a start is given
+constexpr int kFewSteps = 2;         ///< so many steps only
 constexpr double kDamping = 1e-6;    ///< of Gauss-Newton, relative to the normal matrix' diagonal
 
 /// One start of one effect at one place on its way.
@@ -49,29 +52,26 @@ class EffectScreen {
         train_(std::move(train)),
         model_(current.model.with_effects(specs_)),
         problem_(model_, experiment, current.space, options.simulator, current.weights),
-        base_(static_cast<Eigen::Index>(current.space.size())) {
-    const std::size_t first = model_.effects().size() - specs_.size();
-    for (std::size_t k = 0; k < specs_.size(); ++k) {
-      add_starts(static_cast<int>(first + k), false);
-      if (has_optional()) add_starts(static_cast<int>(first + k), true);
-    }
-  }
+        base_(static_cast<Eigen::Index>(current.space.size())) {}
 
-  /// First look: every start, linearised. Keeps the most promising starts of every place and variant.
+  /// First look: every start with the optional parameters neutral, linearised. Keeps the most promising ones of a place.
   void look(const Projector& projector) {
-    size_starts(projector);
-    begin();
-    for (Chain& chain : chains_) {
-      chain.first_own.assign(chain.x.data() + base_, chain.x.data() + chain.x.size());
-      chain.promise =
-          chain.alive ? projector.left_over(chain.residual, chain.own_columns, own_bounds(chain)) : HUGE_VAL;
+    std::vector<Chain> starts;
+    for (std::size_t k = 0; k < specs_.size(); ++k) add_starts(first_component() + static_cast<int>(k), false, starts);
+    chains_ = looked_at(std::move(starts), projector);
+  }
+  /// The same with the optional parameters free, at places where a start without them promises less than `limit`.
+  void look_closer(const Projector& projector, double limit) {
+    if (!has_optional()) return;
+    std::set<int> promising;
+    for (const Chain& chain : chains_) {
+      if (chain.promise < limit) promising.insert(chain.component);
     }
+    std::vector<Chain> starts;
+    for (const int component : promising) add_starts(component, true, starts);
+    for (Chain& chain : looked_at(std::move(starts), projector)) chains_.push_back(std::move(chain));
     std::stable_sort(chains_.begin(), chains_.end(),
                      [](const Chain& a, const Chain& b) { return a.promise < b.promise; });
-    std::map<std::pair<int, bool>, int> kept;
-    std::erase_if(chains_, [&](const Chain& chain) {
-      return !chain.alive || ++kept[{chain.component, chain.refined}] > kStartsKept;
-    });
   }
   /// Residual energy that each surviving start promises to leave.
   std::vector<double> promises() const {
@@ -86,11 +86,19 @@ class EffectScreen {
     }
   }
 
-  /// Second look: the surviving starts re-identified with all parameters.
-  std::vector<ScreenedEffect> run() {
+  /// Second look: the surviving starts re-identified with all parameters; those that promise little of what the most
+  /// promising start of all does (`best`), by a few steps only.
+  std::vector<ScreenedEffect> run(double best) {
+    const double present = current_.fit.residual.squaredNorm();
     for (int step = 0; step < options_.steps; ++step) {
-      propose();
-      judge();
+      std::vector<Chain*> walking;
+      for (Chain& chain : chains_) {
+        const bool worthwhile = present - chain.promise >= kWorthwhile * (present - best);
+        if (chain.alive && (worthwhile || step < kFewSteps)) walking.push_back(&chain);
+      }
+      if (walking.empty()) break;
+      propose(walking);
+      judge(walking);
     }
     std::vector<ScreenedEffect> out;
     for (std::size_t k = 0; k < specs_.size(); ++k) {
@@ -103,6 +111,26 @@ class EffectScreen {
   }
 
  private:
+  int first_component() const { return static_cast<int>(model_.effects().size() - specs_.size()); }
+
+  /// The starts, sized, with their promises; the most promising ones of every place and variant, best first.
+  std::vector<Chain> looked_at(std::vector<Chain> chains, const Projector& projector) {
+    size_starts(projector, chains);
+    begin(chains);
+    for (Chain& chain : chains) {
+      chain.first_own.assign(chain.x.data() + base_, chain.x.data() + chain.x.size());
+      chain.promise =
+          chain.alive ? projector.left_over(chain.residual, chain.own_columns, own_bounds(chain)) : HUGE_VAL;
+    }
+    std::stable_sort(chains.begin(), chains.end(),
+                     [](const Chain& a, const Chain& b) { return a.promise < b.promise; });
+    std::map<std::pair<int, bool>, int> kept;
+    std::erase_if(chains, [&](const Chain& chain) {
+      return !chain.alive || ++kept[{chain.component, chain.refined}] > kStartsKept;
+    });
+    return chains;
+  }
+
   bool has_optional() const {
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
     return std::any_of(info.parameters.begin(), info.parameters.end(),
@@ -144,9 +172,9 @@ class EffectScreen {
     return starts;
   }
 
-  void add_starts(int component, bool refined) {
+  void add_starts(int component, bool refined, std::vector<Chain>& out) const {
     const Component& c = model_.effects()[static_cast<std::size_t>(component)];
-    const std::size_t place = static_cast<std::size_t>(component) + specs_.size() - model_.effects().size();
+    const std::size_t place = static_cast<std::size_t>(component - first_component());
     const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
     for (const auto& start : starting_points(axes)) {
       Chain chain;
@@ -158,7 +186,7 @@ class EffectScreen {
       for (std::size_t p = 0; p < axes.size(); ++p) {
         chain.x(base_ + static_cast<Eigen::Index>(p)) = std::clamp(start[p], axes[p].lower, axes[p].upper);
       }
-      chains_.push_back(std::move(chain));
+      out.push_back(std::move(chain));
     }
   }
 
@@ -176,16 +204,16 @@ class EffectScreen {
 
   /// Brings every start's strength down until the effect changes the prediction by no more than what there is to explain
   /// (plain parameters projected off): beyond that its linearisation says nothing.
-  void size_starts(const Projector& projector) {
+  void size_starts(const Projector& projector, std::vector<Chain>& chains) {
     const Eigen::VectorXd& plain = current_.fit.residual;
     const double target = projector.rest(plain).norm();
     for (int round = 0; round < kSizings; ++round) {
       std::vector<std::vector<double>> values;
-      for (const Chain& chain : chains_) values.push_back(values_at(chain, chain.x));
+      for (const Chain& chain : chains) values.push_back(values_at(chain, chain.x));
       const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
       bool changed = false;
-      for (std::size_t k = 0; k < chains_.size(); ++k) {
-        Chain& chain = chains_[k];
+      for (std::size_t k = 0; k < chains.size(); ++k) {
+        Chain& chain = chains[k];
         const double size = residuals[k].allFinite() ? projector.rest(residuals[k] - plain).norm() : HUGE_VAL;
         if (size <= kStrongest * target) continue;
         const double factor = std::clamp(target / size, 1e-3, 0.5);
@@ -194,7 +222,7 @@ class EffectScreen {
       }
       if (!changed) break;
     }
-    drop_twins();
+    drop_twins(chains);
   }
   void weaken(Chain& chain, double factor) const {
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
@@ -207,23 +235,23 @@ class EffectScreen {
     }
   }
   /// Starts that sizing has brought together are one.
-  void drop_twins() {
-    for (std::size_t k = chains_.size(); k-- > 1;) {
-      const Chain& chain = chains_[k];
+  static void drop_twins(std::vector<Chain>& chains) {
+    for (std::size_t k = chains.size(); k-- > 1;) {
+      const Chain& chain = chains[k];
       const bool twin =
-          std::any_of(chains_.begin(), chains_.begin() + static_cast<std::ptrdiff_t>(k), [&](const Chain& c) {
+          std::any_of(chains.begin(), chains.begin() + static_cast<std::ptrdiff_t>(k), [&](const Chain& c) {
             return c.component == chain.component && c.refined == chain.refined &&
                    ((c.x - chain.x).array().abs() <= kTwin * chain.x.array().abs().max(1e-300)).all();
           });
-      if (twin) chains_.erase(chains_.begin() + static_cast<std::ptrdiff_t>(k));
+      if (twin) chains.erase(chains.begin() + static_cast<std::ptrdiff_t>(k));
     }
   }
 
   /// Residuals at every start, and the effect's own sensitivities there.
-  void begin() {
+  void begin(std::vector<Chain>& chains) {
     std::vector<std::vector<double>> values;
     std::vector<Eigen::VectorXd> points;
-    for (const Chain& chain : chains_) {
+    for (const Chain& chain : chains) {
       points.push_back(chain.x);
       values.push_back(values_at(chain, chain.x));
       for (std::size_t p = 0; p < chain.axes.size(); ++p) {
@@ -237,7 +265,7 @@ class EffectScreen {
     }
     const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
     std::size_t k = 0;
-    for (Chain& chain : chains_) {
+    for (Chain& chain : chains) {
       const std::size_t at = k++;
       chain.residual = residuals[at];
       chain.alive = chain.residual.allFinite();
@@ -292,40 +320,30 @@ class EffectScreen {
     }
   }
 
-  void propose() {
+  void propose(const std::vector<Chain*>& walking) {
     std::uint64_t key = hash_of({});
-    for (Chain& chain : chains_) {
-      chain.tried = chain.x;
-      key = hash_of(std::as_bytes(std::span(chain.x.data(), static_cast<std::size_t>(chain.x.size()))), key);
+    for (Chain* chain : walking) {
+      chain->tried = chain->x;
+      key = hash_of(std::as_bytes(std::span(chain->x.data(), static_cast<std::size_t>(chain->x.size()))), key);
     }
     const SimulatorOptions& on = options_.simulator;
     make_executor(on.threads, on.ranks, on.stop)
         ->run(
-            static_cast<int>(chains_.size()),
-            [&](int, int k) {
-              Chain& chain = chains_[static_cast<std::size_t>(k)];
-              if (chain.alive) propose_step(chain);
-            },
+            static_cast<int>(walking.size()), [&](int, int k) { propose_step(*walking[static_cast<std::size_t>(k)]); },
             [&](int k) -> std::vector<std::span<std::byte>> {
-              Eigen::VectorXd& tried = chains_[static_cast<std::size_t>(k)].tried;
+              Eigen::VectorXd& tried = walking[static_cast<std::size_t>(k)]->tried;
               return {std::as_writable_bytes(std::span(tried.data(), static_cast<std::size_t>(tried.size())))};
             },
             key);
   }
 
   /// Simulates the proposals, keeps the better ones, and brings the sensitivities up to date.
-  void judge() {
+  void judge(const std::vector<Chain*>& walking) {
     std::vector<std::vector<double>> values;
-    std::vector<Chain*> moved;
-    for (Chain& chain : chains_) {
-      if (!chain.alive) continue;
-      moved.push_back(&chain);
-      values.push_back(values_at(chain, chain.tried));
-    }
-    if (moved.empty()) return;
+    for (const Chain* chain : walking) values.push_back(values_at(*chain, chain->tried));
     const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
-    for (std::size_t k = 0; k < moved.size(); ++k) {
-      Chain& chain = *moved[k];
+    for (std::size_t k = 0; k < walking.size(); ++k) {
+      Chain& chain = *walking[k];
       const Eigen::VectorXd step = chain.tried - chain.x;
       if (!residuals[k].allFinite() || step.norm() == 0.0) {
         chain.step_scale *= 0.25;
@@ -349,7 +367,7 @@ class EffectScreen {
   }
 
   ScreenedEffect best_of(std::size_t place, bool refined) const {
-    const int component = static_cast<int>(model_.effects().size() - specs_.size() + place);
+    const int component = first_component() + static_cast<int>(place);
     ScreenedEffect out{variant(place, refined), {}, {}, HUGE_VAL, {}, 0, HUGE_VAL, {}};
     for (const Chain& chain : chains_) {
       if (chain.component != component || chain.refined != refined || !chain.alive) continue;
@@ -376,6 +394,16 @@ class EffectScreen {
   std::vector<Chain> chains_;
 };
 
+/// Residual energy that the last of the `kChains` most promising starts promises; infinite where there are no more.
+double least_promising(const std::vector<std::unique_ptr<EffectScreen>>& screens) {
+  std::vector<double> all;
+  for (const auto& screen : screens) {
+    for (const double promise : screen->promises()) all.push_back(promise);
+  }
+  std::sort(all.begin(), all.end());
+  return all.size() > kChains ? all[kChains] : HUGE_VAL;
+}
+
 }  // namespace
 
 std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
@@ -399,17 +427,18 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
       if (!partial.recordings.empty()) look({partial});
     }
   }
-  std::vector<double> promises;
+  const double limit = least_promising(screens);
+  for (const auto& screen : screens) screen->look_closer(projector, limit);
+  const double closer = least_promising(screens);
+  double best = HUGE_VAL;
   for (const auto& screen : screens) {
-    for (const double promise : screen->promises()) promises.push_back(promise);
+    for (const double promise : screen->promises()) best = std::min(best, promise);
   }
-  std::sort(promises.begin(), promises.end());
-  const double limit = promises.size() > kChains ? promises[kChains] : HUGE_VAL;
   std::vector<ScreenedEffect> out;
   for (std::size_t k = 0; k < screens.size(); ++k) {
     if (options.progress) options.progress(0.6 + 0.4 * static_cast<double>(k) / static_cast<double>(screens.size()));
-    screens[k]->drop_above(limit);
-    for (ScreenedEffect& found : screens[k]->run()) out.push_back(std::move(found));
+    screens[k]->drop_above(closer);
+    for (ScreenedEffect& found : screens[k]->run(best)) out.push_back(std::move(found));
     screens[k].reset();  // its sensitivities are large
   }
   return out;

@@ -67,43 +67,92 @@ std::vector<double> inside(const SearchSpace& space, std::vector<double> point) 
 
 /// Levenberg-Marquardt with projection: coordinates at a bound whose descent points outwards are held, the rest step
 /// freely and are cut at their bounds. (Ceres' own bounded search takes several times the simulations here: its line
-/// search asks for a Jacobian at every trial.)
+/// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after a
+/// step that did what it promised the old one is kept, with Broyden's rank-one update in the units of its columns, and
+/// only the end is checked with a new one. Source: C. G. Broyden, Math. Comp. 19 (1965).
 class ProjectedDescent {
  public:
-  ProjectedDescent(Problem& problem, std::span<const int> segments, LeastSquaresResult& result)
-      : problem_(problem), segments_(segments), result_(result), axes_(problem.space().axes()) {
+  /// `jacobian`: at result.point, if it is known.
+  ProjectedDescent(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
+                   LeastSquaresResult& result)
+      : problem_(problem),
+        segments_(segments),
+        result_(result),
+        axes_(problem.space().axes()),
+        keeps_(options.jacobian != nullptr && options.keep_jacobian) {
     residual_ = problem.residual(result.point, segments);
+    if (options.jacobian != nullptr) {
+      jacobian_ = *options.jacobian;
+      state_ = State::exact;
+    }
   }
 
-  /// One Jacobian and as many trials of its step as it takes; false when nothing more is gained.
+  /// One step, with as many trials as it takes; false when no more is gained than `tolerance` of the cost.
   bool iterate(double tolerance) {
-    const Eigen::MatrixXd J = problem_.jacobian(result_.point, residual_, segments_);
-    result_.evaluations += J.cols();
-    if (!J.allFinite()) return false;
-    const Eigen::MatrixXd normal = J.transpose() * J;
-    const Eigen::VectorXd gradient = J.transpose() * residual_;
+    if (state_ == State::doubtful && !renew()) return false;
     const double cost = residual_.squaredNorm();
     for (int trial = 0; trial < kTrials; ++trial) {
-      const std::vector<double> next = step(normal, gradient);
+      const std::vector<double> next = step();
       const Eigen::VectorXd moved = problem_.residual(next, segments_);
       ++result_.evaluations;
       if (moved.allFinite() && moved.squaredNorm() < cost) {
         damping_ = std::max(0.1 * damping_, 1e-12);
-        const double gained = cost - moved.squaredNorm();
-        result_.point = next;
-        residual_ = moved;
-        return gained > tolerance * cost;
+        accept(next, moved);
+        return cost - residual_.squaredNorm() > tolerance * cost;
       }
-      damping_ *= 8.0;
+      if (state_ != State::exact) {
+        if (!renew()) return false;
+      } else {
+        damping_ *= 8.0;
+      }
     }
     return false;
   }
 
+  /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
+  bool at_the_bottom(double tolerance) {
+    if (keeps_) return true;
+    if (state_ != State::exact && !renew()) return true;
+    const double cost = residual_.squaredNorm();
+    return cost - (residual_ + jacobian_ * way_to(step())).squaredNorm() <= tolerance * cost;
+  }
+
+  const Eigen::VectorXd& residual() const { return residual_; }
+  /// At result.point, once the bottom has been asked for.
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
+
  private:
   static constexpr int kTrials = 8;
   static constexpr double kFloor = 1e-13;  ///< damping that a singular matrix needs
+  static constexpr double kKept = 0.5;  ///< of what a step promised: less, and the next one begins with a new Jacobian
+  enum class State { doubtful, updated, exact };
 
-  std::vector<double> step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient) const {
+  bool renew() {
+    jacobian_ = problem_.jacobian(result_.point, residual_, segments_);
+    result_.evaluations += jacobian_.cols();
+    state_ = State::exact;
+    return jacobian_.allFinite();
+  }
+
+  Eigen::VectorXd way_to(const std::vector<double>& next) const {
+    const auto size = static_cast<Eigen::Index>(next.size());
+    return Eigen::VectorXd::Map(next.data(), size) - Eigen::VectorXd::Map(result_.point.data(), size);
+  }
+
+  void accept(const std::vector<double>& next, const Eigen::VectorXd& moved) {
+    const Eigen::VectorXd way = way_to(next), expected = residual_ + jacobian_ * way;
+    const double cost = residual_.squaredNorm(), promised = cost - expected.squaredNorm();
+    const bool kept_its_word = cost - moved.squaredNorm() > kKept * promised;
+    if (!keeps_) state_ = kept_its_word ? State::updated : State::doubtful;
+    const Eigen::VectorXd weighed = jacobian_.colwise().squaredNorm().transpose().cwiseProduct(way);
+    const double length = weighed.dot(way);
+    if (length > 0.0) jacobian_ += (moved - expected) * (weighed / length).transpose();
+    result_.point = next;
+    residual_ = moved;
+  }
+
+  std::vector<double> step() const {
+    const Eigen::VectorXd gradient = jacobian_.transpose() * residual_;
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < gradient.size(); ++i) {
       const std::size_t a = static_cast<std::size_t>(i);
@@ -113,7 +162,8 @@ class ProjectedDescent {
     }
     std::vector<double> next = result_.point;
     if (free.empty()) return next;
-    const Eigen::VectorXd delta = damped_step(normal(free, free), gradient(free), damping_ + kFloor);
+    const Eigen::MatrixXd moving = jacobian_(Eigen::all, free);
+    const Eigen::VectorXd delta = damped_step(moving.transpose() * moving, gradient(free), damping_ + kFloor);
     for (std::size_t k = 0; k < free.size(); ++k) {
       const std::size_t a = static_cast<std::size_t>(free[k]);
       next[a] = std::clamp(next[a] + delta(static_cast<Eigen::Index>(k)), axes_[a].lower, axes_[a].upper);
@@ -125,26 +175,30 @@ class ProjectedDescent {
   std::span<const int> segments_;
   LeastSquaresResult& result_;
   const std::vector<Axis>& axes_;
+  bool keeps_;
   Eigen::VectorXd residual_;
+  Eigen::MatrixXd jacobian_;
+  State state_ = State::doubtful;
   double damping_ = 1e-4;
 };
 
+/// Leaves point, residual and Jacobian of the end in `result`.
 void descend(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
              LeastSquaresResult& result) {
-  ProjectedDescent descent(problem, segments, result);
+  ProjectedDescent descent(problem, segments, options, result);
   const Eigen::Index rows = problem.layout(segments).back().first + problem.layout(segments).back().count;
   const double tolerance = std::max(options.tolerance, kLikelihoodShare / static_cast<double>(rows));
-  for (result.iterations = 0; result.iterations < options.iterations; ++result.iterations) {
+  for (result.iterations = 0; !result.converged && result.iterations < options.iterations; ++result.iterations) {
     const RunControl& control = options.control;
     if (control.stop != nullptr && *control.stop) throw Interrupted();
     if (control.progress) {
       control.progress({"least squares", static_cast<double>(result.iterations) / options.iterations, 0.0, 0});
     }
-    if (!descent.iterate(tolerance)) {
-      result.converged = true;
-      return;
-    }
+    result.converged = !descent.iterate(tolerance) && descent.at_the_bottom(tolerance);
   }
+  descent.at_the_bottom(tolerance);
+  result.residual = descent.residual();
+  result.jacobian = descent.jacobian();
 }
 
 /// Ceres takes the coordinates that are off their bounds to the bottom; the others are held by its manifold.
@@ -199,12 +253,13 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
   if (!problem.residual(result.point, segments).allFinite()) {
     throw WorkError("the simulation diverges at the start values: no least-squares fit can begin there");
   }
-  if (problem.space().size() > 0) {
-    descend(problem, segments, options, result);
-    if (options.polish) polish(problem, segments, rows, result);
+  if (problem.space().size() > 0) descend(problem, segments, options, result);
+  const std::vector<double> descended = result.point;
+  if (problem.space().size() > 0 && options.polish) polish(problem, segments, rows, result);
+  if (problem.space().size() == 0 || result.point != descended) {
+    result.residual = problem.residual(result.point, segments);
+    result.jacobian = problem.jacobian(result.point, result.residual, segments);
   }
-  result.residual = problem.residual(result.point, segments);
-  result.jacobian = problem.jacobian(result.point, result.residual, segments);
   result.sum_of_squares = result.residual.squaredNorm();
   return result;
 }

@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "physics/catalogue.h"
+#include "physics/course.h"
 #include "reports/json.h"
 #include "reports/report.h"
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
 #include "scenarios/files.h"
+#include "scenarios/recording.h"
 
 namespace lacuna {
 namespace {
@@ -99,7 +101,14 @@ std::string times_words(const Finding& f) {
   return list_of(out);
 }
 
-Html finding_card(const Finding& f) {
+std::string separation_words(const Separation& s, std::size_t number) {
+  return fmt::format(
+      "{}: {:.3g} s of commands within the limits of the recordings; a log-likelihood of {:.3g} is to be expected "
+      "against {}, one more recording like these would give {:.3g}",
+      separation_file(number), s.commands.time.back(), s.evidence, effect_title(s.rival), s.recorded);
+}
+
+Html finding_card(const Finding& f, std::size_t number) {
   std::vector<std::pair<std::string, Html>> entries;
   const int index = find_effect(f.effect);
   const EffectInfo* info = index < 0 ? nullptr : &effect_table()[static_cast<std::size_t>(index)];
@@ -125,6 +134,7 @@ Html finding_card(const Finding& f) {
   }
   if (!others.empty())
     entries.emplace_back("not separated from", text(list_of(others) + " (the recordings do not tell them apart)"));
+  if (f.separation) entries.emplace_back("motion that would tell", text(separation_words(*f.separation, number)));
   entries.emplace_back("stability", text(fmt::format("best in {} of the resamples of the data", percent(f.stability))));
   if (info != nullptr) entries.emplace_back("source", text(info->source));
   return element("div", element("h3", text(effect_title(f.effect) + ", " + place_words(f.place))) + facts(entries),
@@ -159,7 +169,7 @@ Html findings_section(const Diagnosis& d) {
         "share of their residual energy removed. The p-value is of the gain on the train recordings, corrected "
         "for everything that was tried.",
         "muted small");
-    for (const Finding& finding : d.findings) out += finding_card(finding);
+    for (std::size_t k = 0; k < d.findings.size(); ++k) out += finding_card(d.findings[k], k + 1);
   }
   if (!d.unexplained.present) return out;
   std::string open =
@@ -359,6 +369,10 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
 
 void write_diagnosis_report(const std::filesystem::path& folder, const Scenario& scenario, const Diagnosis& diagnosis,
                             const Context& context, std::span<const Picture> pictures) {
+  for (std::size_t k = 0; k < diagnosis.findings.size(); ++k) {
+    if (const auto& separation = diagnosis.findings[k].separation)
+      write_csv(folder / separation_file(k + 1), as_recording(scenario, separation->commands));
+  }
   write_file_atomically(folder / "diagnosis.json", to_json(diagnosis, context));
   write_file_atomically(folder / "report.html", diagnosis_page(scenario, diagnosis, context, pictures));
 }

@@ -1,5 +1,7 @@
 #include "reports/json.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 namespace lacuna {
@@ -76,7 +78,17 @@ Json evidence_of(const Finding& finding) {
   return out;
 }
 
-Json json_of(const Finding& finding) {
+Json separation_of(const Finding& finding, std::size_t number) {
+  if (!finding.separation) return nullptr;
+  const Separation& s = *finding.separation;
+  return {{"file", separation_file(number)},
+          {"seconds", s.commands.time.back()},
+          {"rival", s.rival},
+          {"expected_evidence", s.evidence},
+          {"expected_evidence_of_a_repeat", s.recorded}};
+}
+
+Json json_of(const Finding& finding, std::size_t number) {
   Json rivals = Json::array();
   for (const Rival& rival : finding.rivals)
     rivals.push_back({{"effect", rival.effect}, {"where", rival.place}, {"probability", rival.probability}});
@@ -84,7 +96,7 @@ Json json_of(const Finding& finding) {
            {"rivals", rivals},         {"class", finding.members}, {"parameters", json_of(finding.parameters)}};
   if (!finding.recordings.empty()) out["recordings"] = finding.recordings;
   out["evidence"] = evidence_of(finding);
-  out["separating_experiment"] = nullptr;
+  out["separating_experiment"] = separation_of(finding, number);
   return out;
 }
 
@@ -189,9 +201,11 @@ Json unexplained_of(const Unexplained& unexplained) {
 
 }  // namespace
 
+std::string separation_file(std::size_t number) { return fmt::format("separating_{}.csv", number); }
+
 std::string to_json(const Diagnosis& diagnosis, const Context& context) {
   Json findings = Json::array(), gains = Json::array();
-  for (const Finding& finding : diagnosis.findings) findings.push_back(json_of(finding));
+  for (std::size_t k = 0; k < diagnosis.findings.size(); ++k) findings.push_back(json_of(diagnosis.findings[k], k + 1));
   for (const EngineGain& gain : diagnosis.engines) gains.push_back(json_of(gain));
   const Json out{
       {"format", "lacuna-diagnosis/1"},

@@ -13,6 +13,9 @@ namespace lacuna {
 /// `diagnosis.json`, format lacuna-diagnosis/1.
 std::string to_json(const Diagnosis& diagnosis, const Context& context);
 
+/// Name of the file beside diagnosis.json with the commands that would separate the class of finding `number` (from 1).
+std::string separation_file(std::size_t number);
+
 /// The context block alone.
 std::string to_json(const Context& context);
 

@@ -9,23 +9,17 @@
 #include <string>
 #include <vector>
 
+#include "physics/course.h"
 #include "study/identifiability.h"
 
 namespace lacuna {
 
-enum class Shape { multisine, staircase, both };
 const char* to_string(Shape shape);
 /// Throws std::invalid_argument naming the known ones.
 Shape shape_from_name(const std::string& name);
 
-/// What a motion must keep to, one entry a joint. Infinite: no limit.
-struct MotionLimits {
-  std::vector<double> command;          ///< V, absolute
-  std::vector<double> lowest, highest;  ///< position, rad or m
-  std::vector<double> speed;            ///< absolute, rad/s or m/s
-};
-/// Commands as large as the recordings'; positions and speeds that the robot's file allows or the recordings reached. `command`, `reach`, `speed`: further limits of every
-/// joint (reach: distance from the start position); NaN: none.
+/// Limits of the recordings (physics/course.h). `command`, `reach`, `speed`: further limits of every joint (reach: distance
+/// from the start position); NaN: none.
 MotionLimits motion_limits(const Trial& trial, double command, double reach, double speed);
 
 struct DesignOptions {

@@ -7,13 +7,13 @@
 #include <numbers>
 
 #include "ga/identify.h"
+#include "physics/course.h"
 
 namespace lacuna {
 namespace {
 
 constexpr double kChiSquare95of2 = 5.991464547107979;  // chi-square with two degrees of freedom, 95 %
 constexpr double kGram = 1e-3;                         // kg
-constexpr double kRest = 0.5;                          // s before a step
 constexpr double kSettle = 10.0;                       // s, one round of waiting for rest
 constexpr int kSettleRounds = 20;
 constexpr double kAtRest = 1e-7;  // rad (m) moved in a round
@@ -139,21 +139,6 @@ Excitation assess(const Task& task, std::span<const double> point, const std::st
   return out;
 }
 
-Experiment commanded(const Trial& trial, const CommandTrack& commands, std::span<const double> start) {
-  Experiment out = trial.experiment;
-  Segment segment = out.segments[static_cast<std::size_t>(out.with_role(Role::train).front())];
-  segment.commands = std::make_shared<const CommandTrack>(commands);
-  segment.first = 0;
-  segment.count = commands.time.size();
-  segment.file = "commands";
-  segment.q0.assign(start.begin(), start.end());
-  std::fill(segment.v0.begin(), segment.v0.end(), 0.0);
-  segment.measured.assign(out.channels.size(), std::vector<double>(segment.count, 0.0));
-  out.segments = {segment};
-  out.prediction = FreeRun{};
-  return out;
-}
-
 std::vector<double> rest_position(const Trial& trial, std::span<const double> values) {
   const std::vector<double> measured =
       trial.experiment.segments[static_cast<std::size_t>(trial.experiment.with_role(Role::train).front())].q0;
@@ -165,7 +150,7 @@ std::vector<double> rest_position(const Trial& trial, std::span<const double> va
   std::vector<double> at = measured;
   for (int round = 0; round < kSettleRounds; ++round) {
     double moved = 0.0;
-    const Experiment experiment = commanded(trial, still, at);
+    const Experiment experiment = commanded(trial.experiment, still, at);
     make_simulator(*trial.model, experiment, options)->run(one, segments, [&](int, int, const auto& predicted) {
       for (std::size_t c = 0; c < predicted.size(); ++c) {
         if (experiment.channels[c].kind != ChannelKind::position) continue;
@@ -181,14 +166,9 @@ std::vector<double> rest_position(const Trial& trial, std::span<const double> va
 }
 
 CommandTrack step_commands(const Trial& trial, std::span<const double> volts, double seconds) {
-  CommandTrack out;
-  const double period = trial.experiment.sample_period;
-  const std::size_t count = static_cast<std::size_t>(std::lround(seconds / period)) + 1;
-  for (std::size_t k = 0; k < count; ++k) out.time.push_back(static_cast<double>(k) * period);
-  for (const double u : volts) {
-    std::vector<double> column;
-    for (const double t : out.time) column.push_back(t < kRest ? 0.0 : u);
-    out.value.push_back(std::move(column));
+  CommandTrack out = still_commands(volts.size(), seconds, trial.experiment.sample_period);
+  for (std::size_t j = 0; j < volts.size(); ++j) {
+    for (std::size_t k = 0; k < out.time.size(); ++k) out.value[j][k] = out.time[k] < kRestBefore ? 0.0 : volts[j];
   }
   return out;
 }
@@ -215,7 +195,7 @@ std::vector<Excitation> assess_all(const Trial& trial) {
     }
     const double seconds = trial.experiment.span;
     motions.emplace_back("step", make_task(trial,
-                                           commanded(trial, step_commands(trial, volts, seconds),
+                                           commanded(trial.experiment, step_commands(trial, volts, seconds),
                                                      rest_position(trial, model_values(trial, point))),
                                            std::nullopt, "featherstone", nullptr));
   }

@@ -51,9 +51,6 @@ Excitation assess(const Task& task, std::span<const double> point, const std::st
 /// first train segment.
 std::vector<double> rest_position(const Trial& trial, std::span<const double> values);
 
-/// The commands as an experiment on the trial's plant: one train segment, at rest at `start`, measured at 0 throughout.
-Experiment commanded(const Trial& trial, const CommandTrack& commands, std::span<const double> start);
-
 /// A step of every actuated joint after half a second, `volts` per joint.
 CommandTrack step_commands(const Trial& trial, std::span<const double> volts, double seconds);
 

@@ -44,6 +44,17 @@ TEST(DiagnosisJson, FindingHoldsEveryKeyOfTheContract) {
   EXPECT_TRUE(finding["separating_experiment"].is_null());
 }
 
+TEST(DiagnosisJson, NamesTheExperimentThatWouldSeparateAClass) {
+  Diagnosis d = sample::diagnosis();
+  d.findings[0].separation = Separation{{{0.0, 20.0}, {{0.0, 1.0}}}, "stribeck_friction", 12.5, 0.5};
+  const Json out = Json::parse(to_json(d, sample::context()))["findings"][0]["separating_experiment"];
+  EXPECT_EQ(out, Json({{"file", "separating_1.csv"},
+                       {"seconds", 20.0},
+                       {"rival", "stribeck_friction"},
+                       {"expected_evidence", 12.5},
+                       {"expected_evidence_of_a_repeat", 0.5}}));
+}
+
 TEST(DiagnosisJson, NamesTheRecordingOfEveryInterval) {
   const Json evidence = Json::parse(to_json(sample::diagnosis(), sample::context()))["findings"][0]["evidence"];
   EXPECT_EQ(evidence["times"], Json::array({{2.1, 2.4}, {5.0, 5.5}}));

@@ -74,7 +74,7 @@ double geometric_mean(const std::vector<double>& values) {
 std::vector<double> scatter_of(const Trial& trial, const Design& design, std::uint32_t number) {
   constexpr int kRepeats = 40;
   const Experiment experiment =
-      commanded(trial, design.commands, rest_position(trial, model_values(trial, *trial.truth)));
+      commanded(trial.experiment, design.commands, rest_position(trial, model_values(trial, *trial.truth)));
   Task task = make_task(trial, experiment, std::nullopt, "featherstone", nullptr);
   task.weights = trial.weights;
   TruthOptions options;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/course.h"
 #include "tests/study/problems.h"
 
 namespace lacuna {
@@ -95,7 +96,7 @@ TEST(Identifiability, StepsStartAfterAHalfSecondOfRest) {
   EXPECT_EQ(step.value[0][24], 0.0);
   EXPECT_EQ(step.value[0].back(), 2.0);
   EXPECT_NEAR(step.time.back(), 3.0, 1e-9);
-  const Experiment experiment = commanded(trial, step, std::vector<double>{0.25});
+  const Experiment experiment = commanded(trial.experiment, step, std::vector<double>{0.25});
   ASSERT_EQ(experiment.segments.size(), 1u);
   EXPECT_EQ(experiment.segments[0].q0[0], 0.25);
   EXPECT_EQ(experiment.segments[0].measured[0].size(), step.time.size());
