@@ -22,8 +22,8 @@ const char* to_string(Verdict verdict);
 struct Rival {
   std::string effect, place;
   double probability = 0.0;
-  std::map<std::string, double> fixed;  ///< own parameters held at these values
-  std::vector<double> own;              ///< its other parameters where it fitted best, search coordinates
+  std::map<std::string, double> fixed = {};  ///< own parameters held at these values
+  std::vector<double> own = {};              ///< its other parameters where it fitted best, search coordinates
 };
 
 /// The motion that would tell a finding from the rest of its class.
