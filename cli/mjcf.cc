@@ -105,12 +105,16 @@ class Values {
 class Writer {
  public:
   Writer(const PlantModel& model, std::span<const double> values)
-      : model_(model), values_(values), robot_(model.robot()), inertials_(model.inertials(values)) {}
+      : model_(model),
+        values_(values),
+        robot_(model.robot()),
+        inertials_(model.inertials(values)),
+        armatures_(model.armatures(values)) {}
 
   std::string str() const {
     std::string out = fmt::format("<mujoco model=\"{}\">\n", escaped(robot_.name()));
     out += "  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";
-    out += fmt::format("  <option gravity=\"{}\" integrator=\"implicit\"/>\n", numbers(model_.gravity()));
+    out += fmt::format("  <option gravity=\"{}\" integrator=\"implicit\"/>\n", numbers(model_.gravity(values_)));
     out +=
         "  <default><default class=\"visual\"><geom contype=\"0\" conaffinity=\"0\" group=\"1\" "
         "mass=\"0\"/></default></default>\n";
@@ -163,6 +167,8 @@ class Writer {
     }
     const double friction = sum_over_effects(i, {"coulomb_friction", "stribeck_friction"}, "Fc");
     if (friction > 0.0) out += fmt::format(" frictionloss=\"{}\"", format_number(friction));
+    const double armature = armatures_[static_cast<std::size_t>(i)];
+    if (armature > 0.0) out += fmt::format(" armature=\"{}\"", format_number(armature));
     return out + "/>\n";
   }
 
@@ -194,20 +200,41 @@ class Writer {
         continue;
       }
       out += fmt::format(
-          "    <general name=\"{0}\" joint=\"{0}\" gainprm=\"{1}\" biastype=\"affine\" biasprm=\"{2} 0 0\"/>\n", name,
-          format_number(p["gain"]), format_number(p["gain"] * offset));
+          "    <general name=\"{0}\" joint=\"{0}\" gainprm=\"{1}\" biastype=\"affine\" biasprm=\"{2} 0 0\"{3}/>\n",
+          name, format_number(p["gain"]), format_number(p["gain"] * offset), valve_attributes(i));
     }
+    return out;
+  }
+
+  /// A lag is MuJoCo's filter; a saturation the control's range, where it is hard.
+  std::string valve_attributes(int i) const {
+    std::string out;
+    const double lag = sum_over_effects(i, {"actuator_lag"}, "T");
+    if (lag > 0.0) out += fmt::format(" dyntype=\"filter\" dynprm=\"{}\"", format_number(lag));
+    const double cap = sum_over_effects(i, {"actuator_saturation"}, "cap");
+    if (cap > 0.0 && std::isfinite(cap))
+      out += fmt::format(" ctrllimited=\"true\" ctrlrange=\"{}\"", numbers({-cap, cap}));
     return out;
   }
 
   std::string effect_comment(const Component& effect) const {
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect.type)];
     const std::string name = info.name;
+    static const std::map<std::string, const char*> kept = {
+        {"coulomb_friction", "as frictionloss"},
+        {"stribeck_friction", "Fc as frictionloss, the rest not in this file"},
+        {"payload", "in the inertia of the body that carries it"},
+        {"com_shift", "in the inertial of its body"},
+        {"armature", "as armature"},
+        {"base_tilt", "in the direction of gravity"}};
+    static const std::map<std::string, const char*> kept_by_the_valve = {
+        {"valve_offset", "in the actuator's bias"},
+        {"actuator_lag", "as the actuator's filter"},
+        {"actuator_saturation", "as the control's range, without its soft edge"}};
     std::string held = "not in this file";
-    if (name == "coulomb_friction") held = "as frictionloss";
-    if (name == "stribeck_friction") held = "Fc as frictionloss, the rest not in this file";
-    if (name == "payload") held = "in the inertia of the body that carries it";
-    if (name == "valve_offset" && model_name(effect.joint) != "flow_source") held = "in the actuator's bias";
+    if (const auto at = kept.find(name); at != kept.end()) held = at->second;
+    const auto at = kept_by_the_valve.find(name);
+    if (at != kept_by_the_valve.end() && model_name(effect.joint) != "flow_source") held = at->second;
     std::string text = fmt::format("{} at {}: {}, {}; {}", name, model_.place_name(effect), info.equation,
                                    Values(model_, effect, values_).words(), held);
     if (!effect.recordings.empty()) text += "; acts in some recordings only";
@@ -218,6 +245,7 @@ class Writer {
   std::span<const double> values_;
   const Robot& robot_;
   std::vector<Inertial> inertials_;
+  std::vector<double> armatures_;  ///< kg m^2 or kg, per joint
 };
 
 }  // namespace

@@ -167,6 +167,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   simulator.max_step = out.before.step.step;
   record_fit(before, experiment, simulator, out.before);
 
+  out.missing = missing_efforts(before, scenario, simulator, out.seed);
+
   CurrentModel current = before;
   StepChoice found_step = out.before.step;
   DecideOptions decide_options{simulator, control, out.seed, found_step.error_over_noise};

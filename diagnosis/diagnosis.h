@@ -1,6 +1,6 @@
 // The diagnosis of one scenario: what its plain model leaves out, where, how much, and how far the fit improves.
 //
-// The steps stand one file each, in order: baseline.h (identify the plain model), screen.h (every effect at every place,
+// The steps stand one file each, in order: baseline.h (identify the plain model), locate.h (where it fails), screen.h (every effect at every place,
 // re-identified with it), decide.h (what is better than chance on recordings that were not fitted), verify.h
 // (test recordings, other engines).
 #pragma once
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/locate.h"
 #include "diagnosis/when.h"
 #include "ga/identify.h"
 #include "scenarios/scenario.h"
@@ -96,6 +97,7 @@ struct Diagnosis {
   Verdict verdict = Verdict::consistent;
   std::vector<Finding> findings;
   Unexplained unexplained;
+  std::vector<MissingEffort> missing;  ///< where the plain model fails; empty where that cannot be said
   JointRms noise;
   FitResult before, after;  ///< `after` equals `before` where nothing was found
   /// The found model fitted once more to every recording, test included, after all else was settled: for comparison with

@@ -55,4 +55,13 @@ class ZeroPhaseLowPass {
   std::size_t pad_;
 };
 
+/// Samples at which a signal is kept after low-pass filtering: those at least half a cycle of the cutoff from the ends, half
+/// a cycle apart.
+struct Thinning {
+  Thinning(double cutoff, double rate)
+      : edge(static_cast<std::size_t>(0.5 * rate / cutoff) + 1),
+        stride(std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * rate / cutoff))) {}
+  std::size_t edge, stride;  ///< samples
+};
+
 }  // namespace lacuna

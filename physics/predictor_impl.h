@@ -100,15 +100,15 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
       needed[j][k] = plant.is_loaded(joint) ? fixed_point<T>(behind) : behind(T(0.0));
     }
   }
-  const std::size_t edge = static_cast<std::size_t>(0.5 * rate / cutoff) + 1;
-  const std::size_t stride = std::max<std::size_t>(1, static_cast<std::size_t>(0.5 * rate / cutoff));
+  const Thinning thinning(cutoff, rate);
   out.assign(n, {});
   for (std::size_t j = 0; j < n; ++j) {
     filter.apply(given[j]);
     for (std::size_t k = 0; k < samples; ++k)
       needed[j][k] = (needed[j][k] - given[j][k]) / plant.gain(static_cast<int>(j));
     filter.apply(needed[j]);
-    for (std::size_t k = edge; k + edge < samples; k += stride) out[j].push_back(needed[j][k]);
+    for (std::size_t k = thinning.edge; k + thinning.edge < samples; k += thinning.stride)
+      out[j].push_back(needed[j][k]);
   }
 }
 

@@ -352,6 +352,7 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   add_tiles(page, d);
   page.section("Findings", findings_section(d));
   page.section(d.findings.empty() ? "Measured and simulated" : "Before and after", before_after_section(d));
+  page.section("Where the plain model fails", missing_effort_section(d.missing));
   page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
   page.section("What was tried", tried_section(d));

@@ -100,6 +100,16 @@ Json json_of(const Finding& finding, std::size_t number) {
   return out;
 }
 
+Json json_of(const MissingEffort& m) {
+  Json regions = Json::array(), follows = Json::array();
+  for (const RegionTest& r : m.regions)
+    regions.push_back({{"region", r.region}, {"ratio", r.ratio}, {"p_value", r.p_value}});
+  for (const FollowsTest& f : m.follows)
+    follows.push_back({{"quantity", f.quantity}, {"correlation", f.correlation}, {"p_value", f.p_value}});
+  return {{"joint", m.joint}, {"rms", m.rms},         {"noise", m.noise},   {"unit", "V"},
+          {"share", m.share}, {"p_value", m.p_value}, {"regions", regions}, {"follows", follows}};
+}
+
 Json json_of(const Candidate& candidate) {
   return {{"effect", candidate.effect},
           {"where", candidate.place},
@@ -204,7 +214,8 @@ Json unexplained_of(const Unexplained& unexplained) {
 std::string separation_file(std::size_t number) { return fmt::format("separating_{}.csv", number); }
 
 std::string to_json(const Diagnosis& diagnosis, const Context& context) {
-  Json findings = Json::array(), gains = Json::array();
+  Json findings = Json::array(), gains = Json::array(), missing = Json::array();
+  for (const MissingEffort& m : diagnosis.missing) missing.push_back(json_of(m));
   for (std::size_t k = 0; k < diagnosis.findings.size(); ++k) findings.push_back(json_of(diagnosis.findings[k], k + 1));
   for (const EngineGain& gain : diagnosis.engines) gains.push_back(json_of(gain));
   const Json out{
@@ -216,6 +227,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"verdict", to_string(diagnosis.verdict)},
       {"findings", findings},
       {"unexplained", unexplained_of(diagnosis.unexplained)},
+      {"missing_effort", missing},
       {"fit",
        {{"noise", json_of(diagnosis.noise)}, {"before", rms_of(diagnosis.before)}, {"after", rms_of(diagnosis.after)}}},
       {"parameters", json_of(diagnosis.after.estimates)},

@@ -33,6 +33,9 @@ struct TraceOptions {
 };
 Html trace_section(std::span<const Trace> traces, const TraceOptions& options);
 
+/// Joint by joint, the effort that the plain model lacks.
+Html missing_effort_section(std::span<const MissingEffort> missing);
+
 Html picture_section(std::span<const Picture> pictures);
 
 Html context_section(const Context& context);

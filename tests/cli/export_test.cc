@@ -29,6 +29,19 @@ TEST(Export, MjcfHoldsWhatItCanAndTellsTheRest) {
     EXPECT_THAT(outcome.out, HasSubstr(part));
 }
 
+TEST(Export, MjcfHoldsInertiaFilterRangeAndTilt) {
+  const Arm arm;
+  const Outcome outcome =
+      lacuna({"export", arm.scenario(), "--format", "mjcf", "--set", "elbow.armature.J=0.25", "--set",
+              "elbow.actuator_lag.T=0.05", "--set", "elbow.actuator_saturation.cap=2.5", "--set",
+              "arm.base_tilt.roll=0.5"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  // Gravity turned by -0.5 about x: -9.81 (0, sin, cos).
+  for (const char* part : {"armature=\"0.25\"", "dyntype=\"filter\" dynprm=\"0.05\"",
+                           "ctrllimited=\"true\" ctrlrange=\"-2.5 2.5\"", "gravity=\"0 -4.70", "as armature"})
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+}
+
 TEST(Export, HostileNamesStayText) {
   const TemporaryFolder folder;
   folder.write("a.urdf", R"(<robot name='a&quot;&gt;&lt;x'><link name='base'/>

@@ -1,0 +1,325 @@
+#include "diagnosis/locate.h"
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <functional>
+
+#include "diagnosis/candidates.h"
+#include "diagnosis/evidence.h"
+#include "ga/random.h"
+#include "physics/filter.h"
+
+namespace lacuna {
+namespace {
+
+constexpr std::uint32_t kPurpose = 71;        // of random draws
+constexpr double kSlow = 0.25, kLarge = 1.5;  // of the rms speed, command
+constexpr double kAfter = 0.3;                // s, that a reversal counts as just passed
+constexpr double kOuter = 0.5;                // of the half range, beyond which an angle is outer
+constexpr double kRegular = 0.01;             // of the sampling period
+constexpr double kLeastRatio = 1.5;
+
+double upper_tail(double z) {
+  return boost::math::cdf(boost::math::complement(boost::math::normal(), std::min(z, 35.0)));
+}
+
+bool regular(const Experiment& experiment) {
+  for (const Segment& segment : experiment.segments) {
+    for (std::size_t k = 1; k < segment.count; ++k)
+      if (std::fabs(segment.time(k) - segment.time(k - 1) - experiment.sample_period) >
+          kRegular * experiment.sample_period)
+        return false;
+  }
+  return true;
+}
+
+/// Channel that measures each joint's position; -1: none.
+std::vector<int> position_channels(const Experiment& experiment) {
+  std::vector<int> out(experiment.joint_names.size(), -1);
+  for (std::size_t c = 0; c < experiment.channels.size(); ++c)
+    if (experiment.channels[c].kind == ChannelKind::position)
+      out[static_cast<std::size_t>(experiment.channels[c].joint)] = static_cast<int>(c);
+  return out;
+}
+
+/// A joint's state at the samples of one segment's missing effort.
+struct States {
+  std::vector<double> t, q, v, a, u, since_reversal, others;
+};
+
+/// Missing efforts of all segments, as residuals with unit weights: V.
+class Efforts {
+ public:
+  Efforts(const CurrentModel& model, const Scenario& scenario, const SimulatorOptions& options)
+      : model_(model), options_(options), values_(model.space.expand(model.fit.point)) {
+    Scenario whole = scenario;
+    whole.prediction = FreeRun{};
+    free_run_ = make_experiment(whole);
+    experiment_ = free_run_;
+    experiment_.prediction = InverseDynamics{kLocateCutoff};
+    for (std::size_t s = 0; s < experiment_.segments.size(); ++s)
+      if (experiment_.segments[s].role != Role::test) segments_.push_back(static_cast<int>(s));
+  }
+
+  const Experiment& experiment() const { return experiment_; }
+  const std::vector<int>& segments() const { return segments_; }
+  std::vector<ResidualBlock> layout() const { return problem(experiment_).layout(segments_); }
+
+  /// Of the measured motion, less that of the model's own.
+  Eigen::VectorXd measured() const {
+    const Eigen::VectorXd out = of(experiment_), own = of(simulated());
+    return own.allFinite() ? Eigen::VectorXd(out - own) : out;
+  }
+  /// What the noise of the positions makes of it.
+  Eigen::VectorXd noise(std::uint64_t seed) const {
+    Experiment noisy = experiment_;
+    for (std::size_t s = 0; s < noisy.segments.size(); ++s) {
+      for (std::size_t c = 0; c < noisy.channels.size(); ++c) {
+        RandomStream random(seed, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(c), kPurpose);
+        if (!(noisy.channels[c].noise > 0.0)) continue;
+        for (double& x : noisy.segments[s].measured[c]) x += noisy.channels[c].noise * random.normal();
+      }
+    }
+    return of(noisy) - of(experiment_);
+  }
+
+ private:
+  Problem problem(const Experiment& experiment) const {
+    return {model_.model, experiment, model_.space, options_,
+            std::vector<double>(static_cast<std::size_t>(model_.model.dof()), 1.0)};
+  }
+  Eigen::VectorXd of(const Experiment& experiment) const {
+    return problem(experiment).residuals_of(std::vector<std::vector<double>>{values_}, segments_).front();
+  }
+  Experiment simulated() const {
+    Experiment out = experiment_;
+    const std::vector<std::vector<double>> one{values_};
+    make_simulator(model_.model, free_run_, options_)->run(one, segments_, [&](int, int s, const auto& predicted) {
+      out.segments[static_cast<std::size_t>(s)].measured.assign(predicted.begin(), predicted.end());
+    });
+    return out;
+  }
+
+  const CurrentModel& model_;
+  SimulatorOptions options_;
+  std::vector<double> values_;
+  Experiment free_run_, experiment_;
+  std::vector<int> segments_;
+};
+
+/// Commands, positions and their central differences over +-5 samples, at the thinned samples of a segment.
+States states_of(const Experiment& experiment, const Segment& segment, int joint, const std::vector<int>& channels) {
+  constexpr std::size_t kReach = 5;
+  const Thinning thinning(kLocateCutoff, 1.0 / experiment.sample_period);
+  const auto signal = [&](std::size_t j) -> const std::vector<double>& {
+    return segment.measured[static_cast<std::size_t>(channels[j])];
+  };
+  const auto speed = [&](std::size_t j, std::size_t k) {
+    const std::size_t low = k < kReach ? 0 : k - kReach, high = std::min(k + kReach, segment.count - 1);
+    const double v = (signal(j)[high] - signal(j)[low]) / (segment.time(high) - segment.time(low));
+    return std::isfinite(v) ? v : 0.0;
+  };
+  States out;
+  const std::size_t own = static_cast<std::size_t>(joint);
+  double reversed = -HUGE_VAL, before = 0.0;
+  std::size_t looked = 0;
+  for (std::size_t k = thinning.edge; k + thinning.edge < segment.count; k += thinning.stride) {
+    for (; looked <= k; ++looked) {
+      const double v = speed(own, looked);
+      if (std::fabs(v) < 0.1 * experiment.speed_rms[own]) continue;
+      if (v * before < 0.0) reversed = segment.time(looked);
+      before = v;
+    }
+    double others = 0.0;
+    for (std::size_t j = 0; j < channels.size(); ++j)
+      if (j != own && channels[j] >= 0 && experiment.speed_rms[j] > 0.0)
+        others += std::pow(speed(j, k) / experiment.speed_rms[j], 2);
+    const std::size_t next = std::min(k + kReach, segment.count - 1), last = k < kReach ? 0 : k - kReach;
+    out.t.push_back(segment.session + segment.time(k));
+    out.q.push_back(std::isfinite(signal(own)[k]) ? signal(own)[k] : 0.0);
+    out.v.push_back(speed(own, k));
+    out.a.push_back((speed(own, next) - speed(own, last)) / (segment.time(next) - segment.time(last)));
+    out.u.push_back(segment.commands->value[own][segment.first + k]);
+    out.since_reversal.push_back(segment.time(k) - reversed);
+    out.others.push_back(others);
+  }
+  return out;
+}
+
+void append(States& to, const States& from) {
+  const auto join = [](std::vector<double>& a, const std::vector<double>& b) { a.insert(a.end(), b.begin(), b.end()); };
+  join(to.t, from.t), join(to.q, from.q), join(to.v, from.v), join(to.a, from.a), join(to.u, from.u);
+  join(to.since_reversal, from.since_reversal), join(to.others, from.others);
+}
+
+using InRegion = std::function<bool(const States&, std::size_t)>;
+using Quantity = std::function<double(const States&, std::size_t)>;
+
+/// The regions of one joint, in words.
+std::vector<std::pair<std::string, InRegion>> regions_of(const Experiment& e, std::size_t j, const States& all) {
+  std::vector<double> busy = all.others;
+  std::nth_element(busy.begin(), busy.begin() + static_cast<std::ptrdiff_t>(busy.size() / 2), busy.end());
+  const double median = busy[busy.size() / 2], v = e.speed_rms[j], u = e.command_rms[j], half = 0.5 * e.span;
+  const double middle = e.position_middle[j], reach = kOuter * e.position_reach[j];
+  return {{"near standstill", [=](const States& s, std::size_t k) { return std::fabs(s.v[k]) < kSlow * v; }},
+          {"moving up", [=](const States& s, std::size_t k) { return s.v[k] > kSlow * v; }},
+          {"moving down", [=](const States& s, std::size_t k) { return s.v[k] < -kSlow * v; }},
+          {"moving fast", [=](const States& s, std::size_t k) { return std::fabs(s.v[k]) > kLarge * v; }},
+          {"just after a reversal", [](const States& s, std::size_t k) { return s.since_reversal[k] < kAfter; }},
+          {"at small commands", [=](const States& s, std::size_t k) { return std::fabs(s.u[k]) < kSlow * u; }},
+          {"at large commands", [=](const States& s, std::size_t k) { return std::fabs(s.u[k]) > kLarge * u; }},
+          {"at the upper end of its travel", [=](const States& s, std::size_t k) { return s.q[k] > middle + reach; }},
+          {"at the lower end of its travel", [=](const States& s, std::size_t k) { return s.q[k] < middle - reach; }},
+          {"while other joints move", [=](const States& s, std::size_t k) { return s.others[k] > median; }},
+          {"in the first half of the session", [=](const States& s, std::size_t k) { return s.t[k] < half; }},
+          {"in the second half of the session", [=](const States& s, std::size_t k) { return s.t[k] >= half; }}};
+}
+
+const std::vector<std::pair<std::string, Quantity>>& quantities() {
+  static const auto sign = [](double x) { return static_cast<double>((x > 0.0) - (x < 0.0)); };
+  static const std::vector<std::pair<std::string, Quantity>> all = {
+      {"the direction of motion", [](const States& s, std::size_t k) { return sign(s.v[k]); }},
+      {"the speed", [](const States& s, std::size_t k) { return s.v[k]; }},
+      {"the speed squared, signed", [](const States& s, std::size_t k) { return std::fabs(s.v[k]) * s.v[k]; }},
+      {"the acceleration", [](const States& s, std::size_t k) { return s.a[k]; }},
+      {"the command", [](const States& s, std::size_t k) { return s.u[k]; }},
+      {"the sign of the command", [](const States& s, std::size_t k) { return sign(s.u[k]); }},
+      {"the position", [](const States& s, std::size_t k) { return s.q[k]; }}};
+  return all;
+}
+
+/// Correlation of zero-mean copies.
+double correlation(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto map = [](const std::vector<double>& z) {
+    return Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
+  };
+  const Eigen::VectorXd a = map(x).array() - map(x).mean(), b = map(y).array() - map(y).mean();
+  const double size = a.norm() * b.norm();
+  return size > 0.0 ? a.dot(b) / size : 0.0;
+}
+
+/// Tests of one joint's missing effort `d` at `states`; each sample counts as `worth` independent ones.
+void test_regions(MissingEffort& out, const std::vector<double>& d, const States& states, double worth,
+                  const Experiment& experiment, std::size_t joint, double joints) {
+  const auto regions = regions_of(experiment, joint, states);
+  const double tests = joints * static_cast<double>(regions.size());
+  for (const auto& [words, inside] : regions) {
+    double in = 0.0, elsewhere = 0.0, n_in = 0.0, n_elsewhere = 0.0;
+    for (std::size_t k = 0; k < d.size(); ++k) {
+      const bool here = inside(states, k);
+      (here ? in : elsewhere) += d[k] * d[k];
+      (here ? n_in : n_elsewhere) += 1.0;
+    }
+    if (n_in * worth < 10.0 || n_elsewhere * worth < 10.0 || !(elsewhere > 0.0)) continue;
+    const double ratio = (in / n_in) / (elsewhere / n_elsewhere);
+    const double error = std::sqrt(2.0 / (n_in * worth) + 2.0 / (n_elsewhere * worth));
+    const double p = std::min(1.0, tests * upper_tail(std::log(ratio) / error));
+    if (ratio > kLeastRatio && p < kLocateError) out.regions.push_back({words, ratio, p});
+  }
+  std::sort(out.regions.begin(), out.regions.end(), [](const auto& a, const auto& b) { return a.ratio > b.ratio; });
+}
+void test_quantities(MissingEffort& out, const std::vector<double>& d, const States& states, double worth,
+                     double joints) {
+  const double tests = joints * static_cast<double>(quantities().size());
+  const double n = worth * static_cast<double>(d.size());
+  for (const auto& [words, quantity] : quantities()) {
+    std::vector<double> x;
+    for (std::size_t k = 0; k < d.size(); ++k) x.push_back(quantity(states, k));
+    const double r = correlation(d, x);
+    if (std::fabs(r) < kLeastCorrelation || n < 10.0) continue;
+    // Fisher's transform; two-sided.
+    const double z = std::atanh(std::min(std::fabs(r), 1.0 - 1e-12)) * std::sqrt(n - 3.0);
+    const double p = std::min(1.0, 2.0 * tests * upper_tail(z));
+    if (p < kLocateError) out.follows.push_back({words, r, p});
+  }
+  std::sort(out.follows.begin(), out.follows.end(),
+            [](const auto& a, const auto& b) { return std::fabs(a.correlation) > std::fabs(b.correlation); });
+}
+
+bool possible(const Experiment& experiment, const std::vector<int>& channels) {
+  for (std::size_t j = 0; j < channels.size(); ++j)
+    if (channels[j] < 0 && experiment.command_rms[j] > 0.0) return false;
+  const Thinning thinning(kLocateCutoff, 1.0 / experiment.sample_period);
+  const bool long_enough = std::all_of(experiment.segments.begin(), experiment.segments.end(), [&](const Segment& s) {
+    return s.count > 2 * thinning.edge + 20 * thinning.stride;
+  });
+  return long_enough && kLocateCutoff < 0.25 / experiment.sample_period && regular(experiment);
+}
+
+/// What is known of one joint: figures, the missing effort sample by sample, and its states.
+struct JointEffort {
+  MissingEffort found;
+  std::vector<double> d;
+  States states;
+  double ratio = 1.0, effective = 1.0;  ///< energy over the noise's; independent samples
+};
+
+JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const std::vector<int>& channels,
+                         const std::vector<ResidualBlock>& layout, const Eigen::VectorXd& missing,
+                         const Eigen::VectorXd& noise) {
+  JointEffort out;
+  out.found.joint = experiment.joint_names[joint];
+  std::vector<ResidualBlock> own;
+  double squares = 0.0, noise_squares = 0.0;
+  for (const ResidualBlock& block : layout) {
+    if (block.channel != static_cast<int>(joint)) continue;
+    own.push_back(block);
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const States here = states_of(experiment, segment, static_cast<int>(joint), channels);
+    const auto part = missing.segment(block.first, block.count);
+    if (out.d.empty()) {
+      out.found.recording = segment.file;
+      for (const double t : here.t) out.found.time.push_back(t - segment.session);
+      out.found.trace.assign(part.begin(), part.end());
+    }
+    append(out.states, here);
+    out.d.insert(out.d.end(), part.begin(), part.end());
+    squares += part.squaredNorm();
+    noise_squares += noise.segment(block.first, block.count).squaredNorm();
+  }
+  const double n = std::max(1.0, static_cast<double>(out.d.size()));
+  out.found.rms = std::sqrt(squares / n);
+  out.found.noise = std::sqrt(noise_squares / n);
+  out.ratio = squares / std::max(noise_squares, 1e-300);
+  out.effective = effective_samples(missing, own);
+  return out;
+}
+
+}  // namespace
+
+std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
+                                           const SimulatorOptions& options, std::uint64_t seed) {
+  if (std::holds_alternative<InverseDynamics>(scenario.prediction)) return {};
+  const Efforts efforts(model, scenario, options);
+  const Experiment& experiment = efforts.experiment();
+  const std::vector<int> channels = position_channels(experiment);
+  if (!possible(experiment, channels)) return {};
+  const Eigen::VectorXd missing = efforts.measured(), noise = efforts.noise(seed);
+  if (!missing.allFinite() || !noise.allFinite()) return {};
+  const std::vector<ResidualBlock> layout = efforts.layout();
+  const double joints =
+      static_cast<double>(std::count_if(channels.begin(), channels.end(), [](int c) { return c >= 0; }));
+  std::vector<MissingEffort> out;
+  double total = 0.0;
+  for (std::size_t j = 0; j < channels.size(); ++j) {
+    if (channels[j] < 0) continue;
+    JointEffort joint = joint_effort(experiment, j, channels, layout, missing, noise);
+    if (joint.d.empty() || joint.d.size() != joint.states.t.size()) continue;
+    MissingEffort& found = joint.found;
+    found.p_value = std::min(1.0, joints * chance_of_energy(joint.ratio, joint.effective));
+    found.share = std::max(0.0, joint.ratio - 1.0);
+    total += found.share;
+    if (found.p_value < kLocateError) {
+      const double worth = joint.effective / static_cast<double>(joint.d.size());
+      test_regions(found, joint.d, joint.states, worth, experiment, j, joints);
+      test_quantities(found, joint.d, joint.states, worth, joints);
+    }
+    out.push_back(std::move(found));
+  }
+  for (MissingEffort& each : out) each.share = total > 0.0 ? each.share / total : 0.0;
+  std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
+  return out;
+}
+
+}  // namespace lacuna

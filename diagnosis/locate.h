@@ -1,0 +1,53 @@
+// Where the plain model fails: the effort that would explain the residual, joint by joint.
+//
+// A disturbance at one joint shakes its neighbours, so the largest error of position is often at another joint than its
+// cause. The effort that the measured motion needs beyond what the model gives (inverse dynamics of the low-passed motion)
+// stands at the joint itself. Noise: that of the positions, sent through the same computation. What filter and held
+// commands leave of a motion without any mismatch is taken off by doing the same to the model's own free run.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "physics/simulator.h"
+
+namespace lacuna {
+
+struct CurrentModel;
+
+constexpr double kLocateCutoff = 4.0;      ///< Hz
+constexpr double kLocateError = 1e-3;      ///< of one false statement in a diagnosis, for each kind of statement
+constexpr double kLeastCorrelation = 0.2;  ///< that is worth mentioning
+
+/// The missing effort is larger there than elsewhere.
+struct RegionTest {
+  std::string region;  ///< in words
+  double ratio = 1.0;  ///< mean square there over mean square elsewhere
+  double p_value = 1.0;
+};
+/// The missing effort goes with a quantity.
+struct FollowsTest {
+  std::string quantity;  ///< in words
+  double correlation = 0.0;
+  double p_value = 1.0;
+};
+
+/// One joint's missing effort, in the unit of its command (an effort over the actuator's gain).
+struct MissingEffort {
+  std::string joint;
+  double rms = 0.0, noise = 0.0;     ///< V
+  double share = 0.0;                ///< of what stands above the noise at all joints, in units of the noise
+  double p_value = 1.0;              ///< of so much from noise alone, corrected for the joints
+  std::vector<RegionTest> regions;   ///< beyond chance, largest ratio first
+  std::vector<FollowsTest> follows;  ///< beyond chance, strongest first
+  std::string recording;             ///< of the trace:
+  std::vector<double> time, trace;   ///< s, V
+};
+
+/// The joints whose positions are measured, largest share first; empty where inverse dynamics cannot be had: a commanded
+/// joint is not measured, the clock is irregular, or the cutoff is beyond the sampling. Reads train and validate
+/// recordings. p-values are corrected (Bonferroni) for joints times regions, joints times quantities.
+std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
+                                           const SimulatorOptions& options, std::uint64_t seed);
+
+}  // namespace lacuna

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "reports/sections.h"
+#include "reports/svg.h"
+#include "reports/wording.h"
+
+namespace lacuna {
+namespace {
+
+bool beyond_noise(const MissingEffort& m) { return m.p_value < kLocateError; }
+
+std::string region_words(const MissingEffort& m) {
+  std::vector<std::string> out;
+  for (const RegionTest& r : m.regions) out.push_back(fmt::format("{} ({:.1f} times the power)", r.region, r.ratio));
+  return list_of(out);
+}
+std::string follows_words(const MissingEffort& m) {
+  std::vector<std::string> out;
+  for (const FollowsTest& f : m.follows) out.push_back(fmt::format("{} (r = {:+.2f})", f.quantity, f.correlation));
+  return list_of(out);
+}
+
+Html bars(std::span<const MissingEffort> missing) {
+  BarChart chart;
+  chart.title = "Missing effort by joint";
+  chart.description = "rms of the effort that the plain model lacks, in units of what the noise alone would show.";
+  chart.x_label = "missing effort, times the noise";
+  for (const MissingEffort& m : missing) {
+    const double ratio = m.rms / m.noise;
+    chart.bars.push_back(
+        {m.joint, ratio, 0.0, fmt::format("{} ({} of all)", number(ratio, 3), percent(m.share)), beyond_noise(m)});
+  }
+  return to_svg(chart);
+}
+
+Html course(const MissingEffort& m) {
+  LinePlot plot;
+  plot.title = "Missing effort at " + m.joint;
+  plot.description = "The effort that the measured motion needs beyond what the plain model gives.";
+  plot.x_label = "time in " + m.recording;
+  plot.x_unit = "s";
+  plot.y_label = "missing effort";
+  plot.y_unit = "V of command";
+  plot.curves.push_back({m.joint, m.time, m.trace, Ink::before});
+  plot.band = {-m.noise, m.noise};
+  plot.band_label = "noise, rms";
+  plot.zero_line = true;
+  return to_svg(plot);
+}
+
+}  // namespace
+
+Html missing_effort_section(std::span<const MissingEffort> missing) {
+  if (missing.empty()) return {};
+  Table table({{"joint"},
+               {"missing effort (V)", true},
+               {"noise (V)", true},
+               {"share", true},
+               {"chance", true},
+               {"larger"},
+               {"goes with"}});
+  for (const MissingEffort& m : missing)
+    table.row({element("code", text(m.joint)), text(number(m.rms, 3)), text(number(m.noise, 3)), text(percent(m.share)),
+               text(number(m.p_value, 2)), text(region_words(m)), text(follows_words(m))},
+              beyond_noise(m));
+  Html out = bars(missing);
+  if (beyond_noise(missing.front())) out += course(missing.front());
+  return out + table.html() +
+         paragraph(
+             fmt::format(
+                 "The effort that the measured motion, low-passed at {:.0f} Hz, needs beyond what the plain model "
+                 "gives "
+                 "for the same commands, in units of the joint's command. It stands at the joint where something is "
+                 "missing, though all joints shake. Each chance is corrected for everything tested in its column; what "
+                 "is named has one under 1 in 1,000.",
+                 kLocateCutoff),
+             "muted small");
+}
+
+}  // namespace lacuna

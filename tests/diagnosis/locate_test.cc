@@ -1,0 +1,88 @@
+// The missing effort stands at the joint where something is missing, follows what causes it, and is silent without.
+#include "diagnosis/locate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "diagnosis/candidates.h"
+#include "tests/physics/plants.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+constexpr double kNoise = 3e-4, kPeriod = 0.01, kFriction = 0.4;  // rad, s, N m
+
+/// The double pendulum, its recordings made by another engine with what `concealed` adds.
+Scenario recorded(const std::vector<EffectSpec>& concealed) {
+  const std::map<std::string, double> p{{"gain", 4.0}, {"damping", 1.0}, {"stiffness", 8.0}, {"rest", 0.2}};
+  const auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
+  Scenario scenario =
+      bare_scenario(robot, {actuator("shoulder", "torque_source", p), actuator("elbow", "torque_source", p)}, false);
+  Scenario truth = scenario;
+  truth.effects = concealed;
+  const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
+  add_recording(scenario, simulated_recording(truth, sine_drive(2, 20.0, kPeriod, 3.0), start,
+                                              available_engines().back(), "train.csv", kNoise, 3));
+  for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kNoise;
+  return scenario;
+}
+
+std::vector<MissingEffort> located(const Scenario& scenario) {
+  const PlantModel model(scenario);
+  const CurrentModel current{model, SearchSpace(model, scenario), {kNoise, kNoise}, {}};
+  return missing_efforts(current, scenario, on("featherstone", 0.002), 1);
+}
+
+TEST(MissingEffort, StandsAtTheJointWithFrictionAndFollowsItsDirection) {
+  for (const std::string joint : {"shoulder", "elbow"}) {
+    SCOPED_TRACE(joint);
+    const auto found = located(recorded({effect("coulomb_friction", joint, {{"Fc", kFriction}, {"v0", 0.01}})}));
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].joint, joint);
+    EXPECT_GT(found[0].share, 0.8);
+    EXPECT_LT(found[0].p_value, kLocateError);
+    // The friction over the gain of 4 N m/V, its edges smoothed by the filter.
+    EXPECT_NEAR(found[0].rms, kFriction / 4.0, 0.25 * kFriction / 4.0);
+    // Beside the speed, which goes with its sign on sines.
+    const auto& all = found[0].follows;
+    const auto direction = std::find_if(all.begin(), all.end(),
+                                        [](const FollowsTest& f) { return f.quantity == "the direction of motion"; });
+    ASSERT_NE(direction, all.end());
+    EXPECT_LT(direction->correlation, -0.8) << "it acts against the motion";
+    EXPECT_EQ(found[0].time.size(), found[0].trace.size());
+  }
+}
+
+TEST(MissingEffort, IsLargerAtTheEndsThatAHardeningSpringHolds) {
+  const auto found = located(recorded({effect("stiffness_hardening", "elbow", {{"k3", 6.0}})}));
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0].joint, "elbow");
+  const auto& all = found[0].regions;
+  EXPECT_TRUE(std::any_of(all.begin(), all.end(),
+                          [](const RegionTest& r) { return r.region.find("end of its travel") != std::string::npos; }));
+}
+
+TEST(MissingEffort, IsNoiseWhereNothingIsMissing) {
+  for (const MissingEffort& m : located(recorded({}))) {
+    EXPECT_GT(m.p_value, kLocateError) << m.joint << " " << m.rms << " over " << m.noise;
+    EXPECT_TRUE(m.regions.empty());
+    EXPECT_TRUE(m.follows.empty());
+  }
+}
+
+TEST(MissingEffort, SaysNothingWhereInverseDynamicsCannotBeHad) {
+  Scenario scenario = recorded({});
+  scenario.channels.of[ChannelKind::position].erase("elbow");
+  EXPECT_TRUE(located(scenario).empty()) << "a commanded joint is not measured";
+  scenario = recorded({});
+  auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
+  data->columns[0][40] += 0.3 * kPeriod;
+  scenario.recordings[0].data = data;
+  EXPECT_TRUE(located(scenario).empty()) << "an irregular clock";
+}
+
+}  // namespace
+}  // namespace lacuna
