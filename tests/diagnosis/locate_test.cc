@@ -24,7 +24,7 @@ Scenario recorded(const std::vector<EffectSpec>& concealed) {
   Scenario truth = scenario;
   truth.effects = concealed;
   const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
-  add_recording(scenario, simulated_recording(truth, sine_drive(2, 20.0, kPeriod, 3.0), start,
+  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start,
                                               available_engines().back(), "train.csv", kNoise, 3));
   for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kNoise;
   return scenario;
