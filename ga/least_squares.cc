@@ -4,6 +4,7 @@
 
 #include <Eigen/SVD>
 #include <cmath>
+#include <stdexcept>
 
 #include "scenarios/error.h"
 
@@ -246,6 +247,8 @@ Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd
 
 LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<double>& start,
                                        std::span<const int> segments, const LeastSquaresOptions& options) {
+  if (start.size() != problem.space().size())
+    throw std::invalid_argument("least squares from a point of another search space");
   LeastSquaresResult result;
   result.point = inside(problem.space(), start);
   const auto blocks = problem.layout(segments);

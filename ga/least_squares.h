@@ -31,7 +31,8 @@ struct LeastSquaresResult {
 /// own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without effect is left alone.
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping);
 
-/// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated.
+/// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated,
+/// std::invalid_argument where it is no point of the problem's space.
 LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<double>& start,
                                        std::span<const int> segments, const LeastSquaresOptions& options = {});
 

@@ -85,8 +85,8 @@ TEST(Separate, ProposesAMotionThatGivesTheEvidenceItPromises) {
   for (double& q : segment.measured[0]) q += kNoise * noise.normal();
   more.segments.push_back(segment);
 
-  CurrentModel rival =
-      extended(*merged.plain, merged.experiment, {"actuator_lag", "swing", {}, {}, "test"}, found.fit.point, {kDelay});
+  CurrentModel rival = extended(*merged.plain, merged.experiment, {"actuator_lag", "swing", {}, {}, "test"},
+                                merged.plain->fit.point, {kDelay});
   const double recorded = energy_left(rival, merged.experiment) - energy_left(found, merged.experiment);
   const double seen_evidence = 0.5 * (energy_left(rival, more) - energy_left(found, more) - recorded);
   // Its variance is twice its mean; the linearisation of the rival is good to a fifth.
