@@ -124,7 +124,7 @@ class Judge {
   /// A re-identified candidate once more, from where it stands, at the step in use.
   void follow(Tried& tried) {
     const Eigen::MatrixXd known = tried.model.fit.jacobian;
-    solve(tried.model, kOneNat / static_cast<double>(tried.model.fit.residual.size()), &known, true);
+    solve(tried.model, kOneNat / static_cast<double>(tried.model.fit.residual.size()), &known);
     take_over(tried);
   }
 
@@ -193,14 +193,13 @@ class Judge {
     judge_heldout(tried);
   }
 
-  void solve(CurrentModel& model, double tolerance, const Eigen::MatrixXd* jacobian = nullptr, bool keep = false) {
+  void solve(CurrentModel& model, double tolerance, const Eigen::MatrixXd* jacobian = nullptr) {
     Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
     LeastSquaresOptions finish;
     finish.iterations = kRefitIterations;
     finish.tolerance = tolerance;
     finish.polish = false;
     finish.jacobian = jacobian;
-    finish.keep_jacobian = keep;
     finish.control = options_.control;
     model.fit = solve_least_squares(problem, model.fit.point, train_, finish);
   }

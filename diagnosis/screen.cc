@@ -87,13 +87,13 @@ class EffectScreen {
   }
 
   /// Second look: the surviving starts re-identified with all parameters; those that promise little of what the most
-  /// promising start of all does (`best`), by a few steps only.
-  std::vector<ScreenedEffect> run(double best) {
+  /// promising start of all does (`most_promising`), by a few steps only.
+  std::vector<ScreenedEffect> run(double most_promising) {
     const double present = current_.fit.residual.squaredNorm();
     for (int step = 0; step < options_.steps; ++step) {
       std::vector<Chain*> walking;
       for (Chain& chain : chains_) {
-        const bool worthwhile = present - chain.promise >= kWorthwhile * (present - best);
+        const bool worthwhile = present - chain.promise >= kWorthwhile * (present - most_promising);
         if (chain.alive && (worthwhile || step < kFewSteps)) walking.push_back(&chain);
       }
       if (walking.empty()) break;
