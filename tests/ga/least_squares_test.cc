@@ -127,6 +127,30 @@ TEST(LeastSquares, ErrorsAreThoseThatItsCovarianceStates) {
   }
 }
 
+TEST(LeastSquares, TakesFewJacobiansAndAKnownOneSparesTheFirst) {
+  Setting s(pendulum_problem(kFar, kDrive, 2e-3));
+  LeastSquaresOptions options;
+  options.polish = false;
+  const LeastSquaresResult fit = solve_least_squares(s.problem, s.space.start(), s.train, options);
+  EXPECT_TRUE(fit.converged);
+  EXPECT_LT(fit.evaluations, fit.iterations * 4) << "fewer than a Jacobian of 3 columns and a trial each";
+  // The Jacobian handed back belongs to the end, not to an update on the way.
+  const Eigen::MatrixXd there = s.problem.jacobian(fit.point, fit.residual, s.train);
+  EXPECT_LT((fit.jacobian - there).norm(), 1e-9 * there.norm());
+
+  options.jacobian = &fit.jacobian;
+  const LeastSquaresResult again = solve_least_squares(s.problem, fit.point, s.train, options);
+  EXPECT_LE(again.evaluations, 3 + 9) << "one new Jacobian and one iteration's trials at most";
+  options.keep_jacobian = true;
+  const LeastSquaresResult kept = solve_least_squares(s.problem, s.space.start(), s.train, options);
+  EXPECT_NEAR(kept.sum_of_squares, fit.sum_of_squares, 1e-2 * fit.sum_of_squares);
+}
+
+TEST(LeastSquares, RefusesAPointOfAnotherSpace) {
+  Setting s(pendulum_problem(kFar, kDrive, 1e-3));
+  EXPECT_THROW(solve_least_squares(s.problem, {1.0, 2.0}, s.train), std::invalid_argument);
+}
+
 TEST(LeastSquares, StaysInItsBoundsAndIdentifySaysWhichParameterIsStuck) {
   Scenario scenario = pendulum_problem(kFar, {"gain", "damping"}, 1e-3);
   scenario.identify.push_back({"stiffness", false, 5.0, 9.0, "test"});  // the truth is 4
