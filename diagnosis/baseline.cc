@@ -11,24 +11,26 @@ constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is wo
 
 }  // namespace
 
+double noise_seen(const Experiment& experiment, std::size_t channel) {
+  std::vector<double> seen;
+  for (const Segment& segment : experiment.segments) {
+    if (segment.count < 100) continue;
+    const std::vector<double> time(
+        segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first),
+        segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first + segment.count));
+    const double rms = noise_from_differences(time, segment.measured[channel]);
+    if (std::isfinite(rms)) seen.push_back(rms);
+  }
+  std::sort(seen.begin(), seen.end());
+  return seen.empty() ? std::nan("") : seen[seen.size() / 2];
+}
+
 std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment) {
   const std::vector<Channel> channels = predicted_channels(model, experiment);
   std::vector<double> out;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     double noise = channels[c].noise;
-    if (channels[c].noise_stated) {
-      std::vector<double> seen;
-      for (const Segment& segment : experiment.segments) {
-        if (segment.count < 100) continue;
-        const std::vector<double> time(
-            segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first),
-            segment.commands->time.begin() + static_cast<std::ptrdiff_t>(segment.first + segment.count));
-        const double rms = noise_from_differences(time, segment.measured[c]);
-        if (std::isfinite(rms)) seen.push_back(rms);
-      }
-      std::sort(seen.begin(), seen.end());
-      if (!seen.empty()) noise = std::max(noise, seen[seen.size() / 2]);
-    }
+    if (const double seen = channels[c].noise_stated ? noise_seen(experiment, c) : noise; seen > noise) noise = seen;
     out.push_back(noise);
   }
   return out;

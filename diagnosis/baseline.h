@@ -6,6 +6,9 @@
 
 namespace lacuna {
 
+/// rms of white noise that would leave what sixth differences show of the channel, median over segments; NaN: unknown.
+double noise_seen(const Experiment& experiment, std::size_t channel);
+
 /// rms of each predicted channel's noise: what the scenario states or the recordings show, whichever is larger (a stated
 /// figure may leave out the transducer's steps). NaN where nothing is known.
 std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment);

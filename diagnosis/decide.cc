@@ -383,7 +383,8 @@ void sharpen(Judge& judge, std::vector<Tried>& tried) {
 
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
                 const DecideOptions& options) {
-  Judge judge(current, experiment, options, static_cast<int>(screened.size()));
+  const double tries = options.choices * static_cast<double>(screened.size());
+  Judge judge(current, experiment, options, static_cast<int>(std::ceil(tries)));
   std::vector<Tried> tried;
   for (ScreenedEffect& effect : screened) tried.push_back(judge.weigh(std::move(effect)));
   sort_by_evidence(tried, options.integration_error);

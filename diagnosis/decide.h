@@ -30,6 +30,7 @@ struct DecideOptions {
   SimulatorOptions simulator;
   RunControl control;
   std::uint64_t seed = 1;
+  double choices = 1.0;  ///< in how many ways the places tried could have been chosen: each try counts so often
   double integration_error = 0.0;  ///< rms over the noise's, at the step in use
 };
 

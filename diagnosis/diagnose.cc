@@ -171,7 +171,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
 
   CurrentModel current = before;
   StepChoice found_step = out.before.step;
-  DecideOptions decide_options{simulator, control, out.seed, found_step.error_over_noise};
+  DecideOptions decide_options{simulator, control, out.seed, 1.0, found_step.error_over_noise};
   decide_options.control.progress = nullptr;
   for (int round = 0; round < options.most_effects; ++round) {
     if (!leaves_something(current, experiment, simulator)) break;
@@ -180,11 +180,21 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     std::optional<Finding> finding;
     std::vector<Candidate> candidates;
     if (!saved.restore_round(round, experiment, simulator, next, finding, candidates)) {
-      ScreenOptions screen{simulator, 5,
-                           [&](double d) { report("every effect at every place", share + width * 0.5 * d); }};
-      std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
-      report("weighing on held-out recordings", share + width * 0.5);
-      Decision decision = decide(current, experiment, std::move(screened), decide_options);
+      ScreenOptions screen{
+          simulator, 5,
+          likely_joints(round == 0 ? out.missing : missing_efforts(current, scenario, simulator, out.seed)),
+          [&](double d) { report("every effect at every place", share + width * 0.5 * d); }};
+      Decision decision{{}, std::nullopt, current, simulator};
+      for (;;) {
+        std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
+        report("weighing on held-out recordings", share + width * 0.5);
+        decide_options.choices = screen.joints.empty() ? 1.0
+                                                       : static_cast<double>(experiment.joint_names.size()) /
+                                                             static_cast<double>(screen.joints.size());
+        decision = decide(current, experiment, std::move(screened), decide_options);
+        if (decision.finding || screen.joints.empty()) break;
+        screen.joints.clear();  // not where it is likely: anywhere, then
+      }
       finding = std::move(decision.finding);
       candidates = std::move(decision.candidates);
       next = std::move(decision.model);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "diagnosis/candidates.h"
+#include "diagnosis/baseline.h"
 #include "diagnosis/evidence.h"
 #include "ga/random.h"
 #include "physics/filter.h"
@@ -22,6 +22,25 @@ constexpr double kLeastRatio = 1.5;
 
 double upper_tail(double z) {
   return boost::math::cdf(boost::math::complement(boost::math::normal(), std::min(z, 35.0)));
+}
+
+/// Correlation from sample to sample of first-order noise whose sixth differences show `seen` times its rms: slow noise
+/// shows less of itself in them. White noise shows all.
+double noise_correlation(double seen) {
+  if (!(seen < 1.0)) return 0.0;
+  constexpr double kBinomial[] = {924, -792, 495, -220,
+                                  66,  -12,  1};  // of the twelfth power, from the middle: lags 0 to 6
+  const auto shown = [&](double correlation) {
+    double sum = 1.0, power = 1.0;
+    for (int lag = 1; lag <= 6; ++lag) sum += 2.0 * kBinomial[lag] / kBinomial[0] * (power *= correlation);
+    return std::sqrt(std::max(sum, 0.0));
+  };
+  double low = 0.0, high = 0.999;
+  for (int k = 0; k < 40; ++k) {
+    const double middle = 0.5 * (low + high);
+    (shown(middle) > seen ? low : high) = middle;
+  }
+  return low;
 }
 
 bool regular(const Experiment& experiment) {
@@ -74,11 +93,17 @@ class Efforts {
   /// What the noise of the positions makes of it.
   Eigen::VectorXd noise(std::uint64_t seed) const {
     Experiment noisy = experiment_;
-    for (std::size_t s = 0; s < noisy.segments.size(); ++s) {
-      for (std::size_t c = 0; c < noisy.channels.size(); ++c) {
+    const std::vector<double> levels = noise_levels(model_.model, free_run_);
+    for (std::size_t c = 0; c < noisy.channels.size(); ++c) {
+      if (!(levels[c] > 0.0)) continue;
+      const double kept = noise_correlation(noise_seen(free_run_, c) / levels[c]);
+      for (std::size_t s = 0; s < noisy.segments.size(); ++s) {
         RandomStream random(seed, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(c), kPurpose);
-        if (!(noisy.channels[c].noise > 0.0)) continue;
-        for (double& x : noisy.segments[s].measured[c]) x += noisy.channels[c].noise * random.normal();
+        double x = random.normal();
+        for (double& measured : noisy.segments[s].measured[c]) {
+          measured += levels[c] * x;
+          x = kept * x + std::sqrt(1.0 - kept * kept) * random.normal();
+        }
       }
     }
     return of(noisy) - of(experiment_);
@@ -287,6 +312,13 @@ JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const 
 }
 
 }  // namespace
+
+std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing) {
+  std::vector<std::string> out;
+  for (const MissingEffort& m : missing)
+    if (m.p_value < kLocateError && m.share >= kLikely) out.push_back(m.joint);
+  return out;
+}
 
 std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
                                            const SimulatorOptions& options, std::uint64_t seed) {

@@ -2,7 +2,8 @@
 //
 // A disturbance at one joint shakes its neighbours, so the largest error of position is often at another joint than its
 // cause. The effort that the measured motion needs beyond what the model gives (inverse dynamics of the low-passed motion)
-// stands at the joint itself. Noise: that of the positions, sent through the same computation. What filter and held
+// stands at the joint itself. Noise: that of the positions, sent through the same computation, as slow as its high-frequency
+// content says (first order). What filter and held
 // commands leave of a motion without any mismatch is taken off by doing the same to the model's own free run.
 #pragma once
 
@@ -43,6 +44,10 @@ struct MissingEffort {
   std::string recording;             ///< of the trace:
   std::vector<double> time, trace;   ///< s, V
 };
+
+/// Joints at which something may be missing: beyond the noise and at least `kLikely` of it all. Empty: any.
+constexpr double kLikely = 0.01;
+std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing);
 
 /// The joints whose positions are measured, largest share first; empty where inverse dynamics cannot be had: a commanded
 /// joint is not measured, the clock is irregular, or the cutoff is beyond the sampling. Reads train and validate

@@ -418,7 +418,11 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
   const auto& table = effect_table();
   for (std::size_t e = 0; e < table.size(); ++e) {
     if (options.progress) options.progress(0.6 * static_cast<double>(e) / static_cast<double>(table.size()));
-    const std::vector<EffectSpec> specs = places_of(table[e], current, experiment);
+    std::vector<EffectSpec> specs = places_of(table[e], current, experiment);
+    if (table[e].where == Where::joint && !options.joints.empty())
+      std::erase_if(specs, [&](const EffectSpec& spec) {
+        return std::find(options.joints.begin(), options.joints.end(), spec.place) == options.joints.end();
+      });
     if (specs.empty()) continue;
     look(specs);
     if (!table[e].per_recording) continue;

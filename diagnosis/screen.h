@@ -28,6 +28,7 @@ struct ScreenedEffect {
 struct ScreenOptions {
   SimulatorOptions simulator;  ///< engine, threads, step
   int steps = 5;
+  std::vector<std::string> joints = {};  ///< where joints' effects are tried; empty: everywhere
   std::function<void(double done)> progress;
 };
 

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "reports/sections.h"
 #include "reports/svg.h"
@@ -11,14 +11,18 @@ namespace {
 
 bool beyond_noise(const MissingEffort& m) { return m.p_value < kLocateError; }
 
+constexpr std::size_t kMost = 3;  // regions and quantities in the table; the JSON file has all
+
 std::string region_words(const MissingEffort& m) {
   std::vector<std::string> out;
-  for (const RegionTest& r : m.regions) out.push_back(fmt::format("{} ({:.1f} times the power)", r.region, r.ratio));
+  for (const RegionTest& r : std::span(m.regions).first(std::min(kMost, m.regions.size())))
+    out.push_back(fmt::format("{} ({:.1f} times the power)", r.region, r.ratio));
   return list_of(out);
 }
 std::string follows_words(const MissingEffort& m) {
   std::vector<std::string> out;
-  for (const FollowsTest& f : m.follows) out.push_back(fmt::format("{} (r = {:+.2f})", f.quantity, f.correlation));
+  for (const FollowsTest& f : std::span(m.follows).first(std::min(kMost, m.follows.size())))
+    out.push_back(fmt::format("{} (r = {:+.2f})", f.quantity, f.correlation));
   return list_of(out);
 }
 
@@ -64,7 +68,7 @@ Html missing_effort_section(std::span<const MissingEffort> missing) {
   for (const MissingEffort& m : missing)
     table.row({element("code", text(m.joint)), text(number(m.rms, 3)), text(number(m.noise, 3)), text(percent(m.share)),
                text(number(m.p_value, 2)), text(region_words(m)), text(follows_words(m))},
-              beyond_noise(m));
+              beyond_noise(m) && m.share > 0.1);
   Html out = bars(missing);
   if (beyond_noise(missing.front())) out += course(missing.front());
   return out + table.html() +
