@@ -5,7 +5,10 @@
 
 #include <algorithm>
 
+#include <cmath>
+
 #include "diagnosis/candidates.h"
+#include "ga/random.h"
 #include "tests/physics/plants.h"
 
 namespace lacuna {
@@ -16,7 +19,7 @@ using namespace test;
 constexpr double kNoise = 3e-4, kPeriod = 0.01, kFriction = 0.4;  // rad, s, N m
 
 /// The double pendulum, its recordings made by another engine with what `concealed` adds.
-Scenario recorded(const std::vector<EffectSpec>& concealed) {
+Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kNoise) {
   const std::map<std::string, double> p{{"gain", 4.0}, {"damping", 1.0}, {"stiffness", 8.0}, {"rest", 0.2}};
   const auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
   Scenario scenario =
@@ -25,7 +28,7 @@ Scenario recorded(const std::vector<EffectSpec>& concealed) {
   truth.effects = concealed;
   const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
   add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start,
-                                              available_engines().back(), "train.csv", kNoise, 3));
+                                              available_engines().back(), "train.csv", noise, 3));
   for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kNoise;
   return scenario;
 }
@@ -71,6 +74,34 @@ TEST(MissingEffort, IsNoiseWhereNothingIsMissing) {
     EXPECT_TRUE(m.regions.empty());
     EXPECT_TRUE(m.follows.empty());
   }
+}
+
+TEST(MissingEffort, KnowsSlowNoiseByItsDifferences) {
+  Scenario scenario = recorded({}, 1e-12);
+  auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
+  constexpr double kKept = 0.8;  // from sample to sample
+  for (const char* column : {"q_shoulder", "q_elbow"}) {
+    RandomStream random(5, column[2], 0);
+    double x = random.normal();
+    for (double& q : data->columns[static_cast<std::size_t>(data->find(column))]) {
+      q += kNoise * x;
+      x = kKept * x + std::sqrt(1.0 - kKept * kKept) * random.normal();
+    }
+  }
+  scenario.recordings[0].data = data;
+  for (const MissingEffort& m : located(scenario)) {
+    EXPECT_GT(m.p_value, kLocateError) << m.joint;
+    EXPECT_NEAR(m.rms / m.noise, 1.0, 0.15) << m.joint;
+  }
+}
+
+TEST(LikelyJoints, AreThoseBeyondTheNoiseWithAShareOfIt) {
+  std::vector<MissingEffort> all(3);
+  all[0].joint = "a", all[0].share = 0.9, all[0].p_value = 1e-9;
+  all[1].joint = "b", all[1].share = 0.005, all[1].p_value = 1e-9;
+  all[2].joint = "c", all[2].share = 0.095, all[2].p_value = 0.2;
+  EXPECT_EQ(likely_joints(all), std::vector<std::string>{"a"});
+  EXPECT_TRUE(likely_joints({}).empty());
 }
 
 TEST(MissingEffort, SaysNothingWhereInverseDynamicsCannotBeHad) {
