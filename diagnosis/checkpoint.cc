@@ -165,7 +165,7 @@ void DiagnosisCheckpoint::store_baseline(const CurrentModel& model, const FitRes
   write();
 }
 
-bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment, const SimulatorOptions& options,
+bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment, SimulatorOptions& options,
                                         CurrentModel& model, std::optional<Finding>& finding,
                                         std::vector<Candidate>& candidates) const {
   const Json& rounds = content_->json.at("rounds");
@@ -177,16 +177,18 @@ bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment,
   const EffectSpec spec{finding->effect, finding->place, finding->fixed, finding->recordings, "checkpoint"};
   model = extended(model, experiment, spec, model.fit.point, {});
   model.weights = numbers(j.at("weights"));
+  options.max_step = number(j.at("step"));
   evaluate_at(model, numbers(j.at("point")), experiment, options);
   return true;
 }
 
 void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::optional<Finding>& finding,
-                                      const std::vector<Candidate>& candidates) {
+                                      const std::vector<Candidate>& candidates, const SimulatorOptions& options) {
   Json j = {{"candidates", Json::array()}};
   for (const Candidate& c : candidates) j["candidates"].push_back(to_json(c));
   if (finding) {
     j["finding"] = to_json(*finding);
+    j["step"] = exact_text(options.max_step);
     j["weights"] = exact(model.weights);
     j["point"] = exact(model.fit.point);
   }

@@ -27,10 +27,10 @@ class DiagnosisCheckpoint {
                         FitResult& fit) const;
   void store_baseline(const CurrentModel& model, const FitResult& fit);
 
-  bool restore_round(int round, const Experiment& experiment, const SimulatorOptions& options, CurrentModel& model,
+  bool restore_round(int round, const Experiment& experiment, SimulatorOptions& options, CurrentModel& model,
                      std::optional<Finding>& finding, std::vector<Candidate>& candidates) const;
   void store_round(const CurrentModel& model, const std::optional<Finding>& finding,
-                   const std::vector<Candidate>& candidates);
+                   const std::vector<Candidate>& candidates, const SimulatorOptions& options);
 
   /// For the caller, once the result is safe: removes this file and its parts.
   static void remove(const std::filesystem::path& file);

@@ -127,6 +127,22 @@ void note_missing(const Scenario& scenario, Diagnosis& out) {
   }
 }
 
+/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere only if nothing is found there.
+Decision next_decision(const CurrentModel& current, const Experiment& experiment,
+                       const std::vector<std::string>& joints, DecideOptions options,
+                       const std::function<void(const char* stage, double done)>& report) {
+  ScreenOptions screen{options.simulator, 5, joints, [&](double d) { report("every effect at every place", 0.5 * d); }};
+  for (;;) {
+    std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
+    report("weighing on held-out recordings", 0.5);
+    const double all = static_cast<double>(experiment.joint_names.size());
+    options.choices = screen.joints.empty() ? 1.0 : all / static_cast<double>(screen.joints.size());
+    Decision decision = decide(current, experiment, std::move(screened), options);
+    if (decision.finding || screen.joints.empty()) return decision;
+    screen.joints.clear();
+  }
+}
+
 }  // namespace
 
 const char* to_string(Verdict verdict) {
@@ -180,27 +196,16 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     std::optional<Finding> finding;
     std::vector<Candidate> candidates;
     if (!saved.restore_round(round, experiment, simulator, next, finding, candidates)) {
-      ScreenOptions screen{
-          simulator, 5,
-          likely_joints(round == 0 ? out.missing : missing_efforts(current, scenario, simulator, out.seed)),
-          [&](double d) { report("every effect at every place", share + width * 0.5 * d); }};
-      Decision decision{{}, std::nullopt, current, simulator};
-      for (;;) {
-        std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
-        report("weighing on held-out recordings", share + width * 0.5);
-        decide_options.choices = screen.joints.empty() ? 1.0
-                                                       : static_cast<double>(experiment.joint_names.size()) /
-                                                             static_cast<double>(screen.joints.size());
-        decision = decide(current, experiment, std::move(screened), decide_options);
-        if (decision.finding || screen.joints.empty()) break;
-        screen.joints.clear();  // not where it is likely: anywhere, then
-      }
+      const std::vector<std::string> joints =
+          likely_joints(round == 0 ? out.missing : missing_efforts(current, scenario, simulator, out.seed));
+      Decision decision = next_decision(current, experiment, joints, decide_options,
+                                        [&](const char* stage, double d) { report(stage, share + width * d); });
       finding = std::move(decision.finding);
       candidates = std::move(decision.candidates);
       next = std::move(decision.model);
       if (finding) simulator = decision.simulator;
       if (finding) describe_evidence(*finding, current, next, experiment, simulator);
-      saved.store_round(next, finding, candidates);
+      saved.store_round(next, finding, candidates, simulator);
     }
     out.rounds.push_back(std::move(candidates));
     if (!finding) break;
