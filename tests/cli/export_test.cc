@@ -31,10 +31,9 @@ TEST(Export, MjcfHoldsWhatItCanAndTellsTheRest) {
 
 TEST(Export, MjcfHoldsInertiaFilterRangeAndTilt) {
   const Arm arm;
-  const Outcome outcome =
-      lacuna({"export", arm.scenario(), "--format", "mjcf", "--set", "elbow.armature.J=0.25", "--set",
-              "elbow.actuator_lag.T=0.05", "--set", "elbow.actuator_saturation.cap=2.5", "--set",
-              "arm.base_tilt.roll=0.5"});
+  const Outcome outcome = lacuna({"export", arm.scenario(), "--format", "mjcf", "--set", "elbow.armature.J=0.25",
+                                  "--set", "elbow.actuator_lag.T=0.05", "--set", "elbow.actuator_saturation.cap=2.5",
+                                  "--set", "arm.base_tilt.roll=0.5"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   // Gravity turned by -0.5 about x: -9.81 (0, sin, cos).
   for (const char* part : {"armature=\"0.25\"", "dyntype=\"filter\" dynprm=\"0.05\"",
