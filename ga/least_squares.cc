@@ -76,11 +76,7 @@ class ProjectedDescent {
   /// `jacobian`: at result.point, if it is known.
   ProjectedDescent(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
                    LeastSquaresResult& result)
-      : problem_(problem),
-        segments_(segments),
-        result_(result),
-        axes_(problem.space().axes()),
-        keeps_(options.jacobian != nullptr && options.keep_jacobian) {
+      : problem_(problem), segments_(segments), result_(result), axes_(problem.space().axes()) {
     residual_ = problem.residual(result.point, segments);
     if (options.jacobian != nullptr) {
       jacobian_ = *options.jacobian;
@@ -112,7 +108,6 @@ class ProjectedDescent {
 
   /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
   bool at_the_bottom(double tolerance) {
-    if (keeps_) return true;
     if (state_ != State::exact && !renew()) return true;
     const double cost = residual_.squaredNorm();
     return cost - (residual_ + jacobian_ * way_to(step())).squaredNorm() <= tolerance * cost;
@@ -144,7 +139,7 @@ class ProjectedDescent {
     const Eigen::VectorXd way = way_to(next), expected = residual_ + jacobian_ * way;
     const double cost = residual_.squaredNorm(), promised = cost - expected.squaredNorm();
     const bool kept_its_word = cost - moved.squaredNorm() > kKept * promised;
-    if (!keeps_) state_ = kept_its_word ? State::updated : State::doubtful;
+    state_ = kept_its_word ? State::updated : State::doubtful;
     const Eigen::VectorXd weighed = jacobian_.colwise().squaredNorm().transpose().cwiseProduct(way);
     const double length = weighed.dot(way);
     if (length > 0.0) jacobian_ += (moved - expected) * (weighed / length).transpose();
@@ -176,7 +171,6 @@ class ProjectedDescent {
   std::span<const int> segments_;
   LeastSquaresResult& result_;
   const std::vector<Axis>& axes_;
-  bool keeps_;
   Eigen::VectorXd residual_;
   Eigen::MatrixXd jacobian_;
   State state_ = State::doubtful;

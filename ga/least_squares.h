@@ -13,7 +13,6 @@ struct LeastSquaresOptions {
   double tolerance = 1e-9;  ///< relative change of the cost at which it stops, if that is over .05 of chi-square
   bool polish = true;       ///< Ceres takes the coordinates off their bounds to the bottom
   const Eigen::MatrixXd* jacobian = nullptr;  ///< at the start, if it is known
-  bool keep_jacobian = false;                 ///< that one does to the end, brought up to date by the steps alone
   RunControl control;
 };
 
