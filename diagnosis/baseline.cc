@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scenarios/error.h"
+
 namespace lacuna {
 namespace {
 
 constexpr int kReweightings = 1;
+constexpr int kRefitIterations = 25;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
 }  // namespace
@@ -53,6 +56,24 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
     out[c] = noise[c] > 0.0 ? std::max(noise[c], rms) : std::max(rms, 1e-12);
   }
   return out;
+}
+
+bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
+           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian) {
+  Problem problem(model.model, experiment, model.space, options, model.weights);
+  LeastSquaresOptions finish;
+  finish.iterations = kRefitIterations;
+  finish.tolerance = tolerance;
+  finish.polish = false;
+  finish.jacobian = jacobian;
+  finish.control = control;
+  finish.control.progress = nullptr;
+  try {
+    model.fit = solve_least_squares(problem, model.fit.point, experiment.with_role(Role::train), finish);
+  } catch (const WorkError&) {
+    return false;
+  }
+  return true;
 }
 
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

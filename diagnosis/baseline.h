@@ -18,6 +18,14 @@ std::vector<double> noise_levels(const PlantModel& model, const Experiment& expe
 std::vector<double> weights_from(const CurrentModel& current, const Experiment& experiment,
                                  const SimulatorOptions& options);
 
+constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
+
+/// Least squares on the train recordings from the model's present point, with its present weights, until a step gains less
+/// than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot be
+/// simulated from that point.
+bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
+           const RunControl& control, double tolerance = kRefitTolerance, const Eigen::MatrixXd* jacobian = nullptr);
+
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
             const RunControl& control, int iterations);

@@ -57,7 +57,8 @@ Json to_json(const Finding& f) {
       {"regions", f.regions},
       {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
   for (const Rival& r : f.rivals)
-    out["rivals"].push_back({r.effect, r.place, exact_text(r.probability), exact_by_name(r.fixed), exact(r.own)});
+    out["rivals"].push_back(
+        {r.effect, r.place, exact_text(r.probability), exact_by_name(r.fixed), exact(r.own), r.recordings});
   out["fixed"] = exact_by_name(f.fixed);
   for (const auto& t : f.times) out["times"].push_back({t.recording, exact_text(t.begin), exact_text(t.end)});
   return out;
@@ -74,7 +75,8 @@ Finding finding_from(const Json& j) {
   f.probability = n.at(0), f.p_value = n.at(1), f.heldout_gain = n.at(2);
   f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5);
   for (const Json& r : j.value("rivals", Json::array()))
-    f.rivals.push_back({r.at(0), r.at(1), number(r.at(2)), named_numbers(r.at(3)), numbers(r.at(4))});
+    f.rivals.push_back({r.at(0), r.at(1), number(r.at(2)), named_numbers(r.at(3)), numbers(r.at(4)),
+                        r.at(5).get<std::vector<std::string>>()});
   for (const Json& t : j.value("times", Json::array())) f.times.push_back({t.at(0), number(t.at(1)), number(t.at(2))});
   return f;
 }

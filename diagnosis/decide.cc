@@ -107,25 +107,19 @@ class Judge {
     tried.refitted = true;
     CurrentModel& model = tried.model;
     model.weights = current_.weights;
-    try {
-      solve(model, kRefitTolerance);
-      const std::vector<double> weights = weights_from(model, experiment_, simulator_);
-      if (weights != model.weights) {
-        const Eigen::MatrixXd known = reweighed(model.fit.jacobian, model.weights, weights);
-        model.weights = weights;
-        solve(model, kOneNat / static_cast<double>(model.fit.residual.size()), &known);
-      }
-    } catch (const WorkError&) {
-      return false;
+    if (!lacuna::refit(model, experiment_, simulator_, options_.control)) return false;
+    const std::vector<double> weights = weights_from(model, experiment_, simulator_);
+    if (weights != model.weights) {
+      model.fit.jacobian = reweighed(model.fit.jacobian, model.weights, weights);
+      model.weights = weights;
+      if (!settle(model)) return false;
     }
     take_over(tried);
     return true;
   }
   /// A re-identified candidate once more, from where it stands, at the step in use.
   void follow(Tried& tried) {
-    const Eigen::MatrixXd known = tried.model.fit.jacobian;
-    solve(tried.model, kOneNat / static_cast<double>(tried.model.fit.residual.size()), &known);
-    take_over(tried);
+    if (settle(tried.model)) take_over(tried);
   }
 
   /// The step in use; a candidate may need a finer one than the present model does.
@@ -193,15 +187,11 @@ class Judge {
     judge_heldout(tried);
   }
 
-  void solve(CurrentModel& model, double tolerance, const Eigen::MatrixXd* jacobian = nullptr) {
-    Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
-    LeastSquaresOptions finish;
-    finish.iterations = kRefitIterations;
-    finish.tolerance = tolerance;
-    finish.polish = false;
-    finish.jacobian = jacobian;
-    finish.control = options_.control;
-    model.fit = solve_least_squares(problem, model.fit.point, train_, finish);
+  /// From a fit with its Jacobian to where a step is worth less than one nat.
+  bool settle(CurrentModel& model) {
+    const Eigen::MatrixXd known = model.fit.jacobian;
+    const double tolerance = kOneNat / static_cast<double>(model.fit.residual.size());
+    return lacuna::refit(model, experiment_, simulator_, options_.control, tolerance, &known);
   }
 
   /// Rows of the train segments, weighed by `before`, weighed by `after`.
@@ -329,7 +319,8 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
     }
     if (!tried[k].objection.empty()) continue;
     if (out.rivals.size() < 5)
-      out.rivals.push_back({spec.effect, spec.place, probability[k], spec.parameters, tried[k].effect.own});
+      out.rivals.push_back(
+          {spec.effect, spec.place, probability[k], spec.parameters, tried[k].effect.own, spec.recordings});
     if (spec.place == out.place && best.evidence - tried[k].evidence < kClassLoss) out.members.push_back(spec.effect);
     if (spec.place != out.place && !elsewhere) elsewhere = &tried[k].heldout.blocks;
   }

@@ -22,9 +22,8 @@
 
 namespace lacuna {
 
-constexpr double kChance = 0.01;          ///< of a train gain, under no effect
-constexpr double kStandardErrors = 2.0;   ///< of a held-out gain, that it must exceed
-constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
+constexpr double kChance = 0.01;         ///< of a train gain, under no effect
+constexpr double kStandardErrors = 2.0;  ///< of a held-out gain, that it must exceed
 
 struct DecideOptions {
   SimulatorOptions simulator;

@@ -106,12 +106,8 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
   std::vector<int> all(experiment.segments.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   Problem problem(current.model, experiment, current.space, options, current.weights);
-  // It begins where most of the data have their minimum: sensitivities there do to the end.
-  const Eigen::MatrixXd known = problem.jacobian(current.fit.point, problem.residual(current.fit.point, all), all);
   LeastSquaresOptions finish;
   finish.polish = false;
-  finish.jacobian = &known;
-  finish.keep_jacobian = true;
   FitResult fit;
   fit.solution = solve_least_squares(problem, current.fit.point, all, finish);
   fit.values = current.space.expand(fit.solution.point);

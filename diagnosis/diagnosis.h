@@ -25,6 +25,7 @@ struct Rival {
   double probability = 0.0;
   std::map<std::string, double> fixed = {};  ///< own parameters held at these values
   std::vector<double> own = {};              ///< its other parameters where it fitted best, search coordinates
+  std::vector<std::string> recordings = {};  ///< files in which it acts; empty: all
 };
 
 /// The motion that would tell a finding from the rest of its class.

@@ -6,7 +6,6 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
-#include "scenarios/error.h"
 
 namespace lacuna {
 namespace {
@@ -28,17 +27,7 @@ Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& curre
   const std::vector<int> train = experiment.with_role(Role::train), validate = experiment.with_role(Role::validate);
   Problem with(current.model, experiment, current.space, options, current.weights);
   Problem less(rest.model, experiment, rest.space, options, current.weights);
-  LeastSquaresOptions finish;
-  finish.iterations = kIterations;
-  finish.tolerance = kRefitTolerance;
-  finish.polish = false;
-  finish.control = control;
-  finish.control.progress = nullptr;
-  try {
-    rest.fit = solve_least_squares(less, rest.fit.point, train, finish);
-  } catch (const WorkError&) {
-    return out;  // without it the motion cannot even be simulated
-  }
+  if (!refit(rest, experiment, options, control)) return out;  // without it the motion cannot even be simulated
   const int parameters = static_cast<int>(current.space.size() - rest.space.size());
   const Gain gain = residual_gain(rest.fit.residual, with.residual(current.fit.point, train), with.layout(train));
   out.gain = gain.log_likelihood;

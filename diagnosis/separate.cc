@@ -7,11 +7,9 @@
 #include <tuple>
 
 #include "diagnosis/baseline.h"
-#include "diagnosis/decide.h"
 #include "diagnosis/prune.h"
 #include "ga/random.h"
 #include "physics/course.h"
-#include "scenarios/error.h"
 
 namespace lacuna {
 namespace {
@@ -24,7 +22,6 @@ constexpr double kLongest = 20.0;                   // s
 constexpr double kHighest = 3.0, kPerSample = 0.1;  // Hz; and cycles per sample at most
 constexpr double kWeakened = 0.7;                   // a motion beyond its limits is weakened to this share, so often:
 constexpr int kWeakenings = 8;
-constexpr int kIterations = 25;
 constexpr std::uint32_t kPurpose = 61;  // of random draws
 
 /// A motion by its coordinates, and what it is worth.
@@ -218,20 +215,9 @@ std::optional<CurrentModel> exchanged(std::size_t k, const Rival& rival, const C
                                       const CurrentModel& current, const std::vector<Finding>& findings,
                                       const Experiment& experiment, const SimulatorOptions& options,
                                       const RunControl& control) {
-  const EffectSpec spec{rival.effect, rival.place, rival.fixed, {}, rival.effect};
+  const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
   CurrentModel out = rebuilt(plain, current, findings, experiment, k, &spec, rival.own);
-  Problem problem(out.model, experiment, out.space, options, out.weights);
-  LeastSquaresOptions finish;
-  finish.iterations = kIterations;
-  finish.tolerance = kRefitTolerance;
-  finish.polish = false;
-  finish.control = control;
-  finish.control.progress = nullptr;
-  try {
-    out.fit = solve_least_squares(problem, out.fit.point, experiment.with_role(Role::train), finish);
-  } catch (const WorkError&) {
-    return std::nullopt;
-  }
+  if (!refit(out, experiment, options, control)) return std::nullopt;
   return out;
 }
 
