@@ -82,13 +82,13 @@ void run(Session& session, const DiagnoseFlags& flags) {
   std::vector<Picture> pictures;
   if (!flags.identify.no_pictures) pictures = report_pictures(folder, scenario, marked_joints(scenario, diagnosis));
   const Context context = session.context();
-  write_diagnosis_report(folder, scenario, diagnosis, context, pictures);
+  const std::vector<std::string> reports = write_diagnosis_report(folder, scenario, diagnosis, context, pictures);
   DiagnosisCheckpoint::remove(folder / "checkpoint.json");
   if (session.json) {
     print(to_json(diagnosis, context) + "\n");
     return;
   }
-  written.insert(written.begin(), {"report.html", "diagnosis.json"});
+  written.insert(written.begin(), reports.begin(), reports.end());
   print(summary(scenario, diagnosis) +
         fmt::format("\n{}; written to {}: {}\n", duration(diagnosis.seconds), folder.string(), list_of(written)));
 }
@@ -101,7 +101,8 @@ void add_diagnose(CLI::App& app, Session& session) {
       app, session, "diagnose",
       "Finds the physics that the model leaves out: where, what, how much, and how far the fit improves.\n"
       "Writes diagnosis.json, report.html, scenario.diagnosed.yaml and the identified robot to -o DIR, else\n"
-      "out/<name>; interrupted, the same command resumes",
+      "out/<name>; for a finding whose effect has look-alikes also separating_N.csv, the commands that would\n"
+      "tell them apart; interrupted, the same command resumes",
       "lacuna diagnose my_arm/scenario.yaml -o out/my_arm", [&session, flags] { run(session, *flags); });
   flags->add_to(command);
 }

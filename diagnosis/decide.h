@@ -43,8 +43,4 @@ struct Decision {
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
                 const DecideOptions& options);
 
-/// Where in time and state an effect removes residual on the validate recordings.
-void describe_evidence(Finding& finding, const CurrentModel& before, const CurrentModel& after,
-                       const Experiment& experiment, const SimulatorOptions& options);
-
 }  // namespace lacuna

@@ -11,6 +11,7 @@
 #include "diagnosis/separate.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
+#include "diagnosis/where.h"
 #include "scenarios/error.h"
 
 namespace lacuna {

@@ -7,17 +7,15 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/regions.h"
 #include "ga/random.h"
 #include "physics/filter.h"
 
 namespace lacuna {
 namespace {
 
-constexpr std::uint32_t kPurpose = 71;        // of random draws
-constexpr double kSlow = 0.25, kLarge = 1.5;  // of the rms speed, command
-constexpr double kAfter = 0.3;                // s, that a reversal counts as just passed
-constexpr double kOuter = 0.5;                // of the half range, beyond which an angle is outer
-constexpr double kRegular = 0.01;             // of the sampling period
+constexpr std::uint32_t kPurpose = 71;  // of random draws
+constexpr double kRegular = 0.01;       // of the sampling period
 constexpr double kLeastRatio = 1.5;
 
 double upper_tail(double z) {
@@ -53,20 +51,6 @@ bool regular(const Experiment& experiment) {
   return true;
 }
 
-/// Channel that measures each joint's position; -1: none.
-std::vector<int> position_channels(const Experiment& experiment) {
-  std::vector<int> out(experiment.joint_names.size(), -1);
-  for (std::size_t c = 0; c < experiment.channels.size(); ++c)
-    if (experiment.channels[c].kind == ChannelKind::position)
-      out[static_cast<std::size_t>(experiment.channels[c].joint)] = static_cast<int>(c);
-  return out;
-}
-
-/// A joint's state at the samples of one segment's missing effort.
-struct States {
-  std::vector<double> t, q, v, a, u, since_reversal, others;
-};
-
 /// Missing efforts of all segments, as residuals with unit weights: V.
 class Efforts {
  public:
@@ -82,6 +66,13 @@ class Efforts {
   }
 
   const Experiment& experiment() const { return experiment_; }
+  /// Whether it is known of every measured position how noisy it is.
+  bool noise_known() const {
+    const std::vector<double> levels = noise_levels(model_.model, free_run_);
+    for (std::size_t c = 0; c < free_run_.channels.size(); ++c)
+      if (free_run_.channels[c].kind == ChannelKind::position && !(levels[c] > 0.0)) return false;
+    return true;
+  }
   const std::vector<int>& segments() const { return segments_; }
   std::vector<ResidualBlock> layout() const { return problem(experiment_).layout(segments_); }
 
@@ -133,84 +124,26 @@ class Efforts {
   std::vector<int> segments_;
 };
 
-/// Commands, positions and their central differences over +-5 samples, at the thinned samples of a segment.
-States states_of(const Experiment& experiment, const Segment& segment, int joint, const std::vector<int>& channels) {
-  constexpr std::size_t kReach = 5;
+/// A joint's states at the thinned samples of a segment.
+JointStates thinned_states(const Experiment& experiment, const Segment& segment, std::size_t joint) {
   const Thinning thinning(kLocateCutoff, 1.0 / experiment.sample_period);
-  const auto signal = [&](std::size_t j) -> const std::vector<double>& {
-    return segment.measured[static_cast<std::size_t>(channels[j])];
-  };
-  const auto speed = [&](std::size_t j, std::size_t k) {
-    const std::size_t low = k < kReach ? 0 : k - kReach, high = std::min(k + kReach, segment.count - 1);
-    const double v = (signal(j)[high] - signal(j)[low]) / (segment.time(high) - segment.time(low));
-    return std::isfinite(v) ? v : 0.0;
-  };
-  States out;
-  const std::size_t own = static_cast<std::size_t>(joint);
-  double reversed = -HUGE_VAL, before = 0.0;
-  std::size_t looked = 0;
-  for (std::size_t k = thinning.edge; k + thinning.edge < segment.count; k += thinning.stride) {
-    for (; looked <= k; ++looked) {
-      const double v = speed(own, looked);
-      if (std::fabs(v) < 0.1 * experiment.speed_rms[own]) continue;
-      if (v * before < 0.0) reversed = segment.time(looked);
-      before = v;
-    }
-    double others = 0.0;
-    for (std::size_t j = 0; j < channels.size(); ++j)
-      if (j != own && channels[j] >= 0 && experiment.speed_rms[j] > 0.0)
-        others += std::pow(speed(j, k) / experiment.speed_rms[j], 2);
-    const std::size_t next = std::min(k + kReach, segment.count - 1), last = k < kReach ? 0 : k - kReach;
-    out.t.push_back(segment.session + segment.time(k));
-    out.q.push_back(std::isfinite(signal(own)[k]) ? signal(own)[k] : 0.0);
-    out.v.push_back(speed(own, k));
-    out.a.push_back((speed(own, next) - speed(own, last)) / (segment.time(next) - segment.time(last)));
-    out.u.push_back(segment.commands->value[own][segment.first + k]);
-    out.since_reversal.push_back(segment.time(k) - reversed);
-    out.others.push_back(others);
-  }
-  return out;
+  std::vector<std::size_t> samples;
+  for (std::size_t k = thinning.edge; k + thinning.edge < segment.count; k += thinning.stride) samples.push_back(k);
+  return joint_states(experiment, segment, joint, samples);
 }
 
-void append(States& to, const States& from) {
-  const auto join = [](std::vector<double>& a, const std::vector<double>& b) { a.insert(a.end(), b.begin(), b.end()); };
-  join(to.t, from.t), join(to.q, from.q), join(to.v, from.v), join(to.a, from.a), join(to.u, from.u);
-  join(to.since_reversal, from.since_reversal), join(to.others, from.others);
-}
-
-using InRegion = std::function<bool(const States&, std::size_t)>;
-using Quantity = std::function<double(const States&, std::size_t)>;
-
-/// The regions of one joint, in words.
-std::vector<std::pair<std::string, InRegion>> regions_of(const Experiment& e, std::size_t j, const States& all) {
-  std::vector<double> busy = all.others;
-  std::nth_element(busy.begin(), busy.begin() + static_cast<std::ptrdiff_t>(busy.size() / 2), busy.end());
-  const double median = busy[busy.size() / 2], v = e.speed_rms[j], u = e.command_rms[j], half = 0.5 * e.span;
-  const double middle = e.position_middle[j], reach = kOuter * e.position_reach[j];
-  return {{"near standstill", [=](const States& s, std::size_t k) { return std::fabs(s.v[k]) < kSlow * v; }},
-          {"moving up", [=](const States& s, std::size_t k) { return s.v[k] > kSlow * v; }},
-          {"moving down", [=](const States& s, std::size_t k) { return s.v[k] < -kSlow * v; }},
-          {"moving fast", [=](const States& s, std::size_t k) { return std::fabs(s.v[k]) > kLarge * v; }},
-          {"just after a reversal", [](const States& s, std::size_t k) { return s.since_reversal[k] < kAfter; }},
-          {"at small commands", [=](const States& s, std::size_t k) { return std::fabs(s.u[k]) < kSlow * u; }},
-          {"at large commands", [=](const States& s, std::size_t k) { return std::fabs(s.u[k]) > kLarge * u; }},
-          {"at the upper end of its travel", [=](const States& s, std::size_t k) { return s.q[k] > middle + reach; }},
-          {"at the lower end of its travel", [=](const States& s, std::size_t k) { return s.q[k] < middle - reach; }},
-          {"while other joints move", [=](const States& s, std::size_t k) { return s.others[k] > median; }},
-          {"in the first half of the session", [=](const States& s, std::size_t k) { return s.t[k] < half; }},
-          {"in the second half of the session", [=](const States& s, std::size_t k) { return s.t[k] >= half; }}};
-}
+using Quantity = std::function<double(const JointStates&, std::size_t)>;
 
 const std::vector<std::pair<std::string, Quantity>>& quantities() {
   static const auto sign = [](double x) { return static_cast<double>((x > 0.0) - (x < 0.0)); };
   static const std::vector<std::pair<std::string, Quantity>> all = {
-      {"the direction of motion", [](const States& s, std::size_t k) { return sign(s.v[k]); }},
-      {"the speed", [](const States& s, std::size_t k) { return s.v[k]; }},
-      {"the speed squared, signed", [](const States& s, std::size_t k) { return std::fabs(s.v[k]) * s.v[k]; }},
-      {"the acceleration", [](const States& s, std::size_t k) { return s.a[k]; }},
-      {"the command", [](const States& s, std::size_t k) { return s.u[k]; }},
-      {"the sign of the command", [](const States& s, std::size_t k) { return sign(s.u[k]); }},
-      {"the position", [](const States& s, std::size_t k) { return s.q[k]; }}};
+      {"the direction of motion", [](const JointStates& s, std::size_t k) { return sign(s.v[k]); }},
+      {"the speed", [](const JointStates& s, std::size_t k) { return s.v[k]; }},
+      {"the speed squared, signed", [](const JointStates& s, std::size_t k) { return std::fabs(s.v[k]) * s.v[k]; }},
+      {"the acceleration", [](const JointStates& s, std::size_t k) { return s.a[k]; }},
+      {"the command", [](const JointStates& s, std::size_t k) { return s.u[k]; }},
+      {"the sign of the command", [](const JointStates& s, std::size_t k) { return sign(s.u[k]); }},
+      {"the position", [](const JointStates& s, std::size_t k) { return s.q[k]; }}};
   return all;
 }
 
@@ -225,14 +158,14 @@ double correlation(const std::vector<double>& x, const std::vector<double>& y) {
 }
 
 /// Tests of one joint's missing effort `d` at `states`; each sample counts as `worth` independent ones.
-void test_regions(MissingEffort& out, const std::vector<double>& d, const States& states, double worth,
+void test_regions(MissingEffort& out, const std::vector<double>& d, const JointStates& states, double worth,
                   const Experiment& experiment, std::size_t joint, double joints) {
-  const auto regions = regions_of(experiment, joint, states);
+  const std::vector<Region> regions = regions_of(experiment, joint, states);
   const double tests = joints * static_cast<double>(regions.size());
-  for (const auto& [words, inside] : regions) {
+  for (const Region& region : regions) {
     double in = 0.0, elsewhere = 0.0, n_in = 0.0, n_elsewhere = 0.0;
     for (std::size_t k = 0; k < d.size(); ++k) {
-      const bool here = inside(states, k);
+      const bool here = region.holds(states, k);
       (here ? in : elsewhere) += d[k] * d[k];
       (here ? n_in : n_elsewhere) += 1.0;
     }
@@ -240,11 +173,11 @@ void test_regions(MissingEffort& out, const std::vector<double>& d, const States
     const double ratio = (in / n_in) / (elsewhere / n_elsewhere);
     const double error = std::sqrt(2.0 / (n_in * worth) + 2.0 / (n_elsewhere * worth));
     const double p = std::min(1.0, tests * upper_tail(std::log(ratio) / error));
-    if (ratio > kLeastRatio && p < kLocateError) out.regions.push_back({words, ratio, p});
+    if (ratio > kLeastRatio && p < kLocateError) out.regions.push_back({region.words, ratio, p});
   }
   std::sort(out.regions.begin(), out.regions.end(), [](const auto& a, const auto& b) { return a.ratio > b.ratio; });
 }
-void test_quantities(MissingEffort& out, const std::vector<double>& d, const States& states, double worth,
+void test_quantities(MissingEffort& out, const std::vector<double>& d, const JointStates& states, double worth,
                      double joints) {
   const double tests = joints * static_cast<double>(quantities().size());
   const double n = worth * static_cast<double>(d.size());
@@ -276,13 +209,12 @@ bool possible(const Experiment& experiment, const std::vector<int>& channels) {
 struct JointEffort {
   MissingEffort found;
   std::vector<double> d;
-  States states;
+  JointStates states;
   double ratio = 1.0, effective = 1.0;  ///< energy over the noise's; independent samples
 };
 
-JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const std::vector<int>& channels,
-                         const std::vector<ResidualBlock>& layout, const Eigen::VectorXd& missing,
-                         const Eigen::VectorXd& noise) {
+JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const std::vector<ResidualBlock>& layout,
+                         const Eigen::VectorXd& missing, const Eigen::VectorXd& noise) {
   JointEffort out;
   out.found.joint = experiment.joint_names[joint];
   std::vector<ResidualBlock> own;
@@ -291,14 +223,14 @@ JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const 
     if (block.channel != static_cast<int>(joint)) continue;
     own.push_back(block);
     const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
-    const States here = states_of(experiment, segment, static_cast<int>(joint), channels);
+    const JointStates here = thinned_states(experiment, segment, joint);
     const auto part = missing.segment(block.first, block.count);
     if (out.d.empty()) {
       out.found.recording = segment.file;
       for (const double t : here.t) out.found.time.push_back(t - segment.session);
       out.found.trace.assign(part.begin(), part.end());
     }
-    append(out.states, here);
+    out.states.append(here);
     out.d.insert(out.d.end(), part.begin(), part.end());
     squares += part.squaredNorm();
     noise_squares += noise.segment(block.first, block.count).squaredNorm();
@@ -326,7 +258,7 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
   const Efforts efforts(model, scenario, options);
   const Experiment& experiment = efforts.experiment();
   const std::vector<int> channels = position_channels(experiment);
-  if (!possible(experiment, channels)) return {};
+  if (!possible(experiment, channels) || !efforts.noise_known()) return {};
   const Eigen::VectorXd missing = efforts.measured(), noise = efforts.noise(seed);
   if (!missing.allFinite() || !noise.allFinite()) return {};
   const std::vector<ResidualBlock> layout = efforts.layout();
@@ -336,7 +268,7 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
   double total = 0.0;
   for (std::size_t j = 0; j < channels.size(); ++j) {
     if (channels[j] < 0) continue;
-    JointEffort joint = joint_effort(experiment, j, channels, layout, missing, noise);
+    JointEffort joint = joint_effort(experiment, j, layout, missing, noise);
     if (joint.d.empty() || joint.d.size() != joint.states.t.size()) continue;
     MissingEffort& found = joint.found;
     found.p_value = std::min(1.0, joints * chance_of_energy(joint.ratio, joint.effective));

@@ -368,14 +368,19 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   return page.str();
 }
 
-void write_diagnosis_report(const std::filesystem::path& folder, const Scenario& scenario, const Diagnosis& diagnosis,
-                            const Context& context, std::span<const Picture> pictures) {
+std::vector<std::string> write_diagnosis_report(const std::filesystem::path& folder, const Scenario& scenario,
+                                                const Diagnosis& diagnosis, const Context& context,
+                                                std::span<const Picture> pictures) {
+  std::vector<std::string> written{"report.html", "diagnosis.json"};
   for (std::size_t k = 0; k < diagnosis.findings.size(); ++k) {
-    if (const auto& separation = diagnosis.findings[k].separation)
-      write_csv(folder / separation_file(k + 1), as_recording(scenario, separation->commands));
+    const auto& separation = diagnosis.findings[k].separation;
+    if (!separation) continue;
+    written.push_back(separation_file(k + 1));
+    write_csv(folder / written.back(), as_recording(scenario, separation->commands));
   }
   write_file_atomically(folder / "diagnosis.json", to_json(diagnosis, context));
   write_file_atomically(folder / "report.html", diagnosis_page(scenario, diagnosis, context, pictures));
+  return written;
 }
 
 }  // namespace lacuna
