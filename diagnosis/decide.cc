@@ -20,6 +20,7 @@ constexpr double kDisappointing = 1.5;      ///< energy left over the promised o
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
 constexpr double kClassLoss = 3.0;          ///< evidence within this of the winner's: not separated (odds 20 to 1)
 constexpr int kRefitIterations = 25;
+constexpr double kAtEnd = 1e-6;   ///< of a parameter's typical size
 constexpr double kNearly = 0.95;  ///< share of the best one's share of energy
 constexpr double kOneNat = 2.0;   ///< energy over noise that a log-likelihood of 1 is worth
 
@@ -38,16 +39,16 @@ struct Tried {
   bool finite() const {
     return std::all_of(effect.own.begin(), effect.own.end(), [](double x) { return std::isfinite(x); });
   }
-  /// An own number driven to the end of its range. Optional ones and those of every joint may stand there; all but the
-  /// leading one may stand at an end at or beyond which their neutral value lies.
-  bool at_end() const {
+  /// An own number driven to the end of its range, as seen at its typical size. Optional ones and those of every joint may
+  /// stand there; all but the leading one may stand at an end at or beyond which their neutral value lies.
+  bool at_end(const Experiment& experiment) const {
     const auto& axes = model.space.axes();
+    const std::size_t plain = axes.size() - effect.own.size();
     for (std::size_t k = 0; k < effect.own.size(); ++k) {
-      const Axis& axis = axes[axes.size() - effect.own.size() + k];
+      const Axis& axis = axes[plain + k];
       const Parameter& p = model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
       if (p.info->optional || p.info->per_joint) continue;
-      const double x = model.fit.point[model.fit.point.size() - effect.own.size() + k];
-      const double margin = 1e-6 * (axis.upper - axis.lower);
+      const double x = model.fit.point[plain + k], margin = kAtEnd * size_of(axis, p, experiment);
       if (!std::isfinite(margin)) continue;
       const double neutral = to_search(axis.coordinate, p.neutral);
       const bool low = x <= axis.lower + margin && !(k > 0 && neutral <= axis.lower + margin);
@@ -55,6 +56,16 @@ struct Tried {
       if (low || high) return true;
     }
     return false;
+  }
+
+ private:
+  /// A typical step along the axis, in its coordinate; at most its length.
+  double size_of(const Axis& axis, const Parameter& p, const Experiment& experiment) const {
+    const double size = typical_size(p.info->scale, model.model, experiment, p.joint, model.model.values());
+    const double along = axis.coordinate == Coordinate::linear ? size
+                         : axis.coordinate == Coordinate::inverse ? 1.0 / size
+                                                                  : 1.0;
+    return std::min(along, axis.upper - axis.lower);
   }
 };
 
@@ -158,7 +169,7 @@ class Judge {
 
   std::string objection(const Tried& tried) const {
     if (!tried.finite()) return "a parameter is not finite";
-    if (tried.at_end()) return "a parameter at the end of its range";
+    if (tried.at_end(experiment_)) return "a parameter at the end of its range";
     if (tried.p_value > kChance) return fmt::format("chance on the train recordings {:.2g}", tried.p_value);
     if (validate_.empty()) return "no validate recording to prove it on";
     if (!(tried.heldout.gain > kStandardErrors * tried.heldout.error)) {

@@ -87,6 +87,15 @@ struct EngineGain {
   double kept = 0.0;       ///< share of the identifying engine's energy reduction that remains
 };
 
+/// What is left of one joint's residual on the recordings that were not fitted, as colour: by lag from 1, in samples.
+struct Whiteness {
+  std::string joint;
+  Role role = Role::test;               ///< of those recordings
+  double samples = 0.0;
+  std::vector<double> before, after;    ///< autocorrelations
+  double p_before = 1.0, p_after = 1.0;  ///< of so much colour in white noise
+};
+
 /// Signals of one test recording for the before/after plots; one per joint.
 struct Trace {
   std::string recording, joint, unit;
@@ -107,6 +116,7 @@ struct Diagnosis {
   std::vector<Estimate> all_recordings;
   std::vector<std::vector<Candidate>> rounds;
   std::vector<EngineGain> engines;
+  std::vector<Whiteness> whiteness;
   std::vector<Trace> traces;
   std::vector<std::string> notes;
   double seconds = 0.0;

@@ -18,7 +18,6 @@ constexpr int kFewestBlocks = 20;
 constexpr double kFamilyError = 1e-3;  ///< chance of any joint flagged on well-specified data
 constexpr double kNegligible = 0.05;   ///< excess variance under this share of the noise's is not mentioned
 constexpr int kResamples = 400;
-constexpr int kLags = 25;
 
 }  // namespace
 
@@ -146,29 +145,37 @@ std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std:
   return out;
 }
 
-double chance_of_white(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) {
+std::vector<Autocorrelation> autocorrelations(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) {
   std::map<int, std::vector<ResidualBlock>> channels;
   for (const ResidualBlock& block : blocks) channels[block.channel].push_back(block);
-  double least = 1.0;
+  std::vector<Autocorrelation> out;
   for (const auto& [channel, members] : channels) {
-    double n = 0.0, energy = 0.0, sum = 0.0;
-    std::array<double, kLags> products{};
+    double energy = 0.0, sum = 0.0;
+    Autocorrelation found{channel, 0.0, std::vector<double>(kLags, 0.0), 1.0};
     for (const ResidualBlock& block : members) {
       const auto r = residual.segment(block.first, block.count);
-      n += static_cast<double>(block.count);
+      found.samples += static_cast<double>(block.count);
       energy += r.squaredNorm();
-      for (Eigen::Index lag = 1; lag <= kLags && lag < block.count; ++lag) {
-        products[static_cast<std::size_t>(lag - 1)] += r.head(block.count - lag).dot(r.tail(block.count - lag));
-      }
+      for (Eigen::Index lag = 1; lag <= kLags && lag < block.count; ++lag)
+        found.by_lag[static_cast<std::size_t>(lag - 1)] += r.head(block.count - lag).dot(r.tail(block.count - lag));
     }
-    if (!(energy > 0.0) || n <= 2 * kLags) continue;
+    if (!(energy > 0.0) || !std::isfinite(energy) || found.samples <= 2 * kLags) continue;
+    const double n = found.samples;
     for (int lag = 1; lag <= kLags; ++lag) {
-      const double rho = products[static_cast<std::size_t>(lag - 1)] / energy;
+      const double rho = found.by_lag[static_cast<std::size_t>(lag - 1)] /= energy;
       sum += n * (n + 2.0) * rho * rho / (n - lag);
     }
     const boost::math::chi_squared law(kLags);
-    least = std::min(least, boost::math::cdf(boost::math::complement(law, std::min(sum, 1e6))));
+    found.p_value = boost::math::cdf(boost::math::complement(law, std::min(sum, 1e6)));
+    out.push_back(std::move(found));
   }
+  return out;
+}
+
+double chance_of_white(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) {
+  const std::vector<Autocorrelation> channels = autocorrelations(residual, blocks);
+  double least = 1.0;
+  for (const Autocorrelation& channel : channels) least = std::min(least, channel.p_value);
   return std::min(1.0, least * static_cast<double>(channels.size()));
 }
 

@@ -58,8 +58,19 @@ struct ExcessNoise {
 std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                                            std::span<const double> noise_over_weight);
 
-/// Smallest chance over channels, after Holm, that residuals so coloured come from white noise: Ljung and Box, Biometrika
-/// 65 (1978), over `kLags` lags of each channel's segments together.
+/// How a channel's residual goes with itself: white noise does not.
+struct Autocorrelation {
+  int channel = 0;
+  double samples = 0.0;
+  std::vector<double> by_lag;  ///< from lag 1 to `kLags`; segments do not run into each other
+  double p_value = 1.0;        ///< of so much colour in white noise: Ljung and Box, Biometrika 65 (1978)
+};
+/// One entry per channel with samples enough (two per lag) and any energy.
+constexpr int kLags = 25;
+std::vector<Autocorrelation> autocorrelations(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks);
+
+/// Smallest chance over channels, corrected for their number (Bonferroni), that residuals so coloured come from white
+/// noise.
 double chance_of_white(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks);
 
 }  // namespace lacuna

@@ -8,6 +8,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/regions.h"
+#include "diagnosis/when.h"
 #include "ga/random.h"
 #include "physics/filter.h"
 
@@ -195,6 +196,14 @@ void test_quantities(MissingEffort& out, const std::vector<double>& d, const Joi
             [](const auto& a, const auto& b) { return std::fabs(a.correlation) > std::fabs(b.correlation); });
 }
 
+void test_times(MissingEffort& out, const std::vector<double>& d,
+                const std::vector<std::pair<const Segment*, double>>& places, double joints) {
+  for (const PowerChange& change : power_changes(d, joints)) {
+    const auto& [segment, time] = places[change.at];
+    out.changes.push_back({segment->file, time, change.before, change.after, change.p_value});
+  }
+}
+
 bool possible(const Experiment& experiment, const std::vector<int>& channels) {
   for (std::size_t j = 0; j < channels.size(); ++j)
     if (channels[j] < 0 && experiment.command_rms[j] > 0.0) return false;
@@ -210,6 +219,7 @@ struct JointEffort {
   MissingEffort found;
   std::vector<double> d;
   JointStates states;
+  std::vector<std::pair<const Segment*, double>> places;  ///< of the samples: segment, time in its recording (s)
   double ratio = 1.0, effective = 1.0;  ///< energy over the noise's; independent samples
 };
 
@@ -230,6 +240,7 @@ JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const 
       for (const double t : here.t) out.found.time.push_back(t - segment.session);
       out.found.trace.assign(part.begin(), part.end());
     }
+    for (const double t : here.t) out.places.emplace_back(&segment, t - segment.session);
     out.states.append(here);
     out.d.insert(out.d.end(), part.begin(), part.end());
     squares += part.squaredNorm();
@@ -278,6 +289,7 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
       const double worth = joint.effective / static_cast<double>(joint.d.size());
       test_regions(found, joint.d, joint.states, worth, experiment, j, joints);
       test_quantities(found, joint.d, joint.states, worth, joints);
+      test_times(found, joint.d, joint.places, joints);
     }
     out.push_back(std::move(found));
   }

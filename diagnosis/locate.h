@@ -33,6 +33,14 @@ struct FollowsTest {
   double p_value = 1.0;
 };
 
+/// The missing effort changes in power, beyond chance.
+struct EffortChange {
+  std::string recording;
+  double time = 0.0;                 ///< s
+  double before = 0.0, after = 0.0;  ///< V, rms from the change before to it, and from it to the next
+  double p_value = 1.0;
+};
+
 /// One joint's missing effort, in the unit of its command (an effort over the actuator's gain).
 struct MissingEffort {
   std::string joint;
@@ -41,6 +49,7 @@ struct MissingEffort {
   double p_value = 1.0;              ///< of so much from noise alone, corrected for the joints
   std::vector<RegionTest> regions;   ///< beyond chance, largest ratio first
   std::vector<FollowsTest> follows;  ///< beyond chance, strongest first
+  std::vector<EffortChange> changes;  ///< in the session's order
   std::string recording;             ///< of the trace:
   std::vector<double> time, trace;   ///< s, V
 };
@@ -52,7 +61,7 @@ std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing
 /// The joints whose positions are measured, largest share first; empty where inverse dynamics cannot be had: a commanded
 /// joint is not measured, the noise of a measured one is unknown, the clock is irregular, or the cutoff is beyond the
 /// sampling. Reads train and validate
-/// recordings. p-values are corrected (Bonferroni) for joints times regions, joints times quantities.
+/// recordings. p-values are corrected (Bonferroni) for joints times regions, joints times quantities, joints times possible changes.
 std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
                                            const SimulatorOptions& options, std::uint64_t seed);
 

@@ -1,8 +1,10 @@
 #include "diagnosis/verify.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "backends/engine.h"
+#include "diagnosis/evidence.h"
 
 namespace lacuna {
 namespace {
@@ -73,11 +75,33 @@ void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after
   }
 }
 
+std::vector<Whiteness> whiteness(const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
+                                 const SimulatorOptions& options) {
+  const Role role = experiment.with_role(Role::test).empty() ? Role::validate : Role::test;
+  const std::vector<int> segments = experiment.with_role(role);
+  if (segments.empty()) return {};
+  const std::vector<Channel> channels = predicted_channels(before.model, experiment);
+  Problem a(before.model, experiment, before.space, options, before.weights);
+  Problem b(after.model, experiment, after.space, options, before.weights);
+  const auto first = autocorrelations(a.residual(before.fit.point, segments), a.layout(segments));
+  const auto second = autocorrelations(b.residual(after.fit.point, segments), b.layout(segments));
+  std::vector<Whiteness> out;
+  for (const Autocorrelation& x : first) {
+    const auto y = std::find_if(second.begin(), second.end(), [&](const auto& s) { return s.channel == x.channel; });
+    if (y == second.end()) continue;
+    const Channel& channel = channels[static_cast<std::size_t>(x.channel)];
+    out.push_back({experiment.joint_names[static_cast<std::size_t>(channel.joint)], role, x.samples, x.by_lag,
+                   y->by_lag, x.p_value, y->p_value});
+  }
+  return out;
+}
+
 }  // namespace
 
 void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
             const SimulatorOptions& options, bool other_engines) {
   trace(out, before, after, experiment, options);
+  out.whiteness = whiteness(before, after, experiment, options);
   if (experiment.with_role(Role::test).empty()) return;
   double own = 0.0;
   std::vector<std::string> names{options.engine};

@@ -12,6 +12,9 @@ namespace {
 constexpr double kWindow = 1.0;        // s
 constexpr double kFamilyError = 1e-3;  // of one false second in a diagnosis
 
+constexpr std::size_t kShortest = 20;  // samples between two changes
+constexpr double kLeastRatio = 1.5;    // of powers
+
 struct Window {
   const Segment* segment;
   int channel;
@@ -60,7 +63,84 @@ std::vector<Misfit> largest(const std::vector<Misfit>& all, const std::vector<do
   return out;
 }
 
+/// Where the cumulated sum of x about its mean is farthest from 0, `kShortest` from the ends; and how far.
+std::pair<Eigen::Index, double> farthest(const Eigen::Ref<const Eigen::VectorXd>& x) {
+  const auto margin = static_cast<Eigen::Index>(kShortest);
+  const double mean = x.size() > 0 ? x.mean() : 0.0;
+  double sum = 0.0;
+  std::pair<Eigen::Index, double> out{0, 0.0};
+  for (Eigen::Index k = 1; k <= x.size() - margin; ++k) {
+    sum += x(k - 1) - mean;
+    if (k >= margin && std::fabs(sum) > out.second) out = {k, std::fabs(sum)};
+  }
+  return out;
+}
+
+/// x about its mean, or about those of up to four parts that differ most: what a change adds to the variance is no colour.
+void level(Eigen::Ref<Eigen::VectorXd> x, int splits = 2) {
+  const Eigen::Index at = splits > 0 ? farthest(x).first : 0;
+  if (at == 0) {
+    if (x.size() > 0) x.array() -= x.mean();
+    return;
+  }
+  level(x.head(at), splits - 1);
+  level(x.tail(x.size() - at), splits - 1);
+}
+
+/// The likeliest change in [begin, end), and its chance.
+PowerChange likeliest_change(const Eigen::VectorXd& squares, std::size_t begin, std::size_t end, double tests) {
+  const auto n = static_cast<Eigen::Index>(end - begin);
+  Eigen::VectorXd part = squares.segment(static_cast<Eigen::Index>(begin), n);
+  const auto [at, most] = farthest(part);
+  level(part);
+  const ResidualBlock block{0, 0, 0, n};
+  const double variance = part.squaredNorm() / effective_samples(part, std::span(&block, 1));  // long-run, of one sample
+  // The largest distance of a Brownian bridge from 0, Kolmogorov's law; its first term bounds it from above.
+  const double distance = most / std::sqrt(static_cast<double>(n) * std::max(variance, 1e-300));
+  PowerChange out;
+  out.at = begin + static_cast<std::size_t>(at);
+  out.p_value = at > 0 ? std::min(1.0, tests * 2.0 * std::exp(-2.0 * distance * distance)) : 1.0;
+  return out;
+}
+
+double rms_of(const Eigen::VectorXd& squares, std::size_t begin, std::size_t end) {
+  return std::sqrt(squares.segment(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)).mean());
+}
+
 }  // namespace
+
+std::vector<PowerChange> power_changes(std::span<const double> signal, double signals) {
+  const double tests = signals * std::max(1.0, static_cast<double>(signal.size()) / static_cast<double>(kShortest));
+  if (signal.empty()) return {};
+  const Eigen::Map<const Eigen::VectorXd> mapped(signal.data(), static_cast<Eigen::Index>(signal.size()));
+  const Eigen::VectorXd squares = mapped.cwiseAbs2();
+  std::vector<PowerChange> out;
+  const auto split = [&](auto&& self, std::size_t begin, std::size_t end) -> void {
+    if (end - begin < 2 * kShortest) return;
+    const PowerChange change = likeliest_change(squares, begin, end, tests);
+    if (!(change.p_value < kFamilyError)) return;
+    self(self, begin, change.at);
+    out.push_back(change);
+    self(self, change.at, end);
+  };
+  split(split, 0, signal.size());
+  const auto measure = [&] {
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k].before = rms_of(squares, k > 0 ? out[k - 1].at : 0, out[k].at);
+      out[k].after = rms_of(squares, out[k].at, k + 1 < out.size() ? out[k + 1].at : signal.size());
+    }
+  };
+  const auto slight = [](const PowerChange& c) {
+    return std::max(c.before, c.after) < std::sqrt(kLeastRatio) * std::min(c.before, c.after);
+  };
+  measure();
+  for (auto c = std::find_if(out.begin(), out.end(), slight); c != out.end();
+       c = std::find_if(out.begin(), out.end(), slight)) {
+    out.erase(c);
+    measure();
+  }
+  return out;
+}
 
 std::vector<Misfit> misfits(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                             std::span<const double> noise_over_weight, std::span<const int> channel_joints,

@@ -1,4 +1,5 @@
 // When a residual is more than noise: windows of a second, each tested on its own, with the error of all tests controlled.
+// And when what is missing changes.
 #pragma once
 
 #include <string>
@@ -25,5 +26,17 @@ constexpr std::size_t kMostMisfits = 12;
 std::vector<Misfit> misfits(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                             std::span<const double> noise_over_weight, std::span<const int> channel_joints,
                             const Experiment& experiment);
+
+/// An instant at which the power of a signal changes.
+struct PowerChange {
+  std::size_t at = 0;                ///< first sample after it
+  double before = 0.0, after = 0.0;  ///< rms from the change before to it, and from it to the next
+  double p_value = 1.0;              ///< of such a change in a signal of one power, corrected for all tests
+};
+/// Cumulated squares against a straight line, with their long-run variance, so that neither tails nor colour of the
+/// signal feign a change (Sanso, Arago and Carrion, Revista de Economia Financiera 4, 2004; the variance about up to four
+/// levels, which a change does not swell), by binary segmentation; in order. Powers that differ by less than half are not
+/// told apart. `signals`: how many are tested beside each other.
+std::vector<PowerChange> power_changes(std::span<const double> signal, double signals);
 
 }  // namespace lacuna

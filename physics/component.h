@@ -23,6 +23,7 @@ struct JointView {
   T t = T(0.0);                 ///< s, from the start of the session: recordings follow one another
   T q = T(0.0), v = T(0.0);     ///< rad, rad/s (m, m/s)
   T u = T(0.0);                 ///< V, command as it reaches this component
+  T step = T(0.0);              ///< s, length of the integration step within which this instant lies; 0: none is on
   const T* actuator = nullptr;  ///< parameters of the joint's actuator
   const T* z = nullptr;         ///< the component's own states
   const T* m = nullptr;         ///< the component's own memories at this instant
@@ -95,6 +96,7 @@ struct Hooks {
   int states = 0;
   /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the start
   /// of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
+  /// Where s.step > 0 a memory that fades faster than the step is long may stand for its course over the step instead.
   void (*remember)(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) = nullptr;
   /// Memories at the start of a simulation; `excess`, N m or N: what the drive gives beyond what keeps the joint in place.
   void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;

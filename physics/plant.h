@@ -21,6 +21,7 @@ struct Instant {
   T t = T(0.0);               ///< s, from the start of the session
   T since = T(0.0);           ///< s, since the start of the step, to which the memories belong
   const T* speeds = nullptr;  ///< rad/s (m/s), v of all joints
+  T step = T(0.0);            ///< s, length of that step while its efforts are asked for; 0: none is on
 };
 
 template <class T, class Dyn>
@@ -210,7 +211,7 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof();
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
     return s;

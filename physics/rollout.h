@@ -47,6 +47,7 @@ class Rollout {
 
   Plant<T, Dyn>& plant_;
   std::size_t n_, size_;
+  T step_ = T(0.0);       ///< s, that is being taken
   T t_ = T(0.0);          ///< s, each lane its own, from the recording's start
   double session_ = 0.0;  ///< s, from the session's start to the recording's
   State x_, next_, stage_, k1_, k2_, k3_, k4_;

@@ -51,6 +51,7 @@ void Rollout<T, Dyn>::start(const Segment& segment) {
     cursor.late = plant_.delay(cursor.joint);
     std::fill(cursor.index.begin(), cursor.index.end(), std::size_t{0});
   }
+  step_ = T(0.0);
   t_ = T(segment.time(0));
   session_ = segment.session;
   fetch_commands(segment, 0);
@@ -104,12 +105,14 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
     h = select(left - h < close, left, h);  // no crumbs
     h = select(active, max(h, min(left, T(kShortest * nominal))), T(0.0));
     remember(T(0.0));
+    step_ = h;
     decide_directions(active);
     kutta_step(h);
     if (any_dry_ && round < most) {
       const T first = first_event(h, fraction);
       if (any(first < T(1.0))) {
-        h = select(first < T(1.0), h * first, h);
+        step_ = h = select(first < T(1.0), h * first, h);
+        if (!memory_.empty()) derivative(T(0.0), x_, k1_);  // a memory's course depends on the step
         kutta_step(h);
         settle_events(first, fraction);
       }
@@ -123,7 +126,7 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
 
 template <class T, class Dyn>
 Instant<T> Rollout<T, Dyn>::instant(const T& since, const State& x) const {
-  return {T(session_) + t_ + since, since, x.data() + n_};
+  return {T(session_) + t_ + since, since, x.data() + n_, step_};
 }
 
 /// Carries the memories over `since` seconds, to the present state.
@@ -133,6 +136,7 @@ void Rollout<T, Dyn>::remember(const T& since) {
   // t_ and x_ stand at the end already: the instant is now, the memories are `since` old.
   Instant<T> now = instant(T(0.0), x_);
   now.since = since;
+  now.step = T(0.0);
   for (std::size_t j = 0; j < n_; ++j) {
     plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                   memory_.data());
@@ -282,6 +286,7 @@ void Rollout<T, Dyn>::settle_events(const T& first, const std::vector<T>& fracti
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out) {
+  step_ = T(0.0);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const std::size_t j = static_cast<std::size_t>(channels[c].joint);
     T& value = out[sample * channels.size() + c];

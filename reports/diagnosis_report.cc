@@ -355,6 +355,7 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   page.section("Where the plain model fails", missing_effort_section(d.missing));
   page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
+  page.section("Whiteness of the residuals", whiteness_section(d.whiteness, leading_joints(d), !d.findings.empty()));
   page.section("What was tried", tried_section(d));
   page.section("Parameters", parameter_section(d.after.estimates, prefixes));
   page.section("The found model fitted to every recording, test included (for comparison with other references only)",

@@ -101,13 +101,16 @@ Json json_of(const Finding& finding, std::size_t number) {
 }
 
 Json json_of(const MissingEffort& m) {
-  Json regions = Json::array(), follows = Json::array();
+  Json regions = Json::array(), follows = Json::array(), changes = Json::array();
   for (const RegionTest& r : m.regions)
     regions.push_back({{"region", r.region}, {"ratio", r.ratio}, {"p_value", r.p_value}});
   for (const FollowsTest& f : m.follows)
     follows.push_back({{"quantity", f.quantity}, {"correlation", f.correlation}, {"p_value", f.p_value}});
+  for (const EffortChange& c : m.changes)
+    changes.push_back(
+        {{"recording", c.recording}, {"time", c.time}, {"before", c.before}, {"after", c.after}, {"p_value", c.p_value}});
   return {{"joint", m.joint}, {"rms", m.rms},         {"noise", m.noise},   {"unit", "V"},
-          {"share", m.share}, {"p_value", m.p_value}, {"regions", regions}, {"follows", follows}};
+          {"share", m.share}, {"p_value", m.p_value}, {"regions", regions}, {"follows", follows}, {"changes", changes}};
 }
 
 Json json_of(const Candidate& candidate) {
@@ -209,12 +212,21 @@ Json unexplained_of(const Unexplained& unexplained) {
           {"share", unexplained.share}};
 }
 
+Json json_of(const Whiteness& w) {
+  return {{"where", w.joint},
+          {"role", to_string(w.role)},
+          {"samples", w.samples},
+          {"before", {{"autocorrelation", w.before}, {"p_value", w.p_before}}},
+          {"after", {{"autocorrelation", w.after}, {"p_value", w.p_after}}}};
+}
+
 }  // namespace
 
 std::string separation_file(std::size_t number) { return fmt::format("separating_{}.csv", number); }
 
 std::string to_json(const Diagnosis& diagnosis, const Context& context) {
-  Json findings = Json::array(), gains = Json::array(), missing = Json::array();
+  Json findings = Json::array(), gains = Json::array(), missing = Json::array(), colours = Json::array();
+  for (const Whiteness& w : diagnosis.whiteness) colours.push_back(json_of(w));
   for (const MissingEffort& m : diagnosis.missing) missing.push_back(json_of(m));
   for (std::size_t k = 0; k < diagnosis.findings.size(); ++k) findings.push_back(json_of(diagnosis.findings[k], k + 1));
   for (const EngineGain& gain : diagnosis.engines) gains.push_back(json_of(gain));
@@ -228,6 +240,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"findings", findings},
       {"unexplained", unexplained_of(diagnosis.unexplained)},
       {"missing_effort", missing},
+      {"whiteness", colours},
       {"fit",
        {{"noise", json_of(diagnosis.noise)}, {"before", rms_of(diagnosis.before)}, {"after", rms_of(diagnosis.after)}}},
       {"parameters", json_of(diagnosis.after.estimates)},

@@ -26,6 +26,15 @@ std::string follows_words(const MissingEffort& m) {
   return list_of(out);
 }
 
+std::string change_words(const MissingEffort& m) {
+  std::vector<std::string> out;
+  for (const EffortChange& c : std::span(m.changes).first(std::min(kMost, m.changes.size())))
+    out.push_back(fmt::format("{} of {}: {} to {} V", quantity(c.time, "s", 3), c.recording, number(c.before, 2),
+                              number(c.after, 2)));
+  if (m.changes.size() > kMost) out.push_back(fmt::format("{} more", m.changes.size() - kMost));
+  return list_of(out);
+}
+
 Html bars(std::span<const MissingEffort> missing) {
   BarChart chart;
   chart.title = "Missing effort by joint";
@@ -39,6 +48,18 @@ Html bars(std::span<const MissingEffort> missing) {
   return to_svg(chart);
 }
 
+/// Its rms between changes, as steps over the time of the trace; empty where it does not change there.
+std::pair<std::vector<double>, std::vector<double>> steps(const MissingEffort& m) {
+  std::vector<double> x, y;
+  for (const EffortChange& c : m.changes) {
+    if (c.recording != m.recording || c.time > m.time.back()) continue;
+    x.insert(x.end(), {x.empty() ? m.time.front() : x.back(), c.time, c.time});
+    y.insert(y.end(), {c.before, c.before, c.after});
+  }
+  if (!x.empty()) x.push_back(m.time.back()), y.push_back(y.back());
+  return {x, y};
+}
+
 Html course(const MissingEffort& m) {
   LinePlot plot;
   plot.title = "Missing effort at " + m.joint;
@@ -47,7 +68,9 @@ Html course(const MissingEffort& m) {
   plot.x_unit = "s";
   plot.y_label = "missing effort";
   plot.y_unit = "V of command";
-  plot.curves.push_back({m.joint, m.time, m.trace, Ink::before});
+  plot.curves.push_back({"missing effort", m.time, m.trace, Ink::before});
+  const auto [x, y] = m.time.empty() ? decltype(steps(m)){} : steps(m);
+  if (!x.empty()) plot.curves.push_back({"its rms between changes", x, y, Ink::after, 1.4, true});
   plot.band = {-m.noise, m.noise};
   plot.band_label = "noise, rms";
   plot.zero_line = true;
@@ -64,10 +87,12 @@ Html missing_effort_section(std::span<const MissingEffort> missing) {
                {"share", true},
                {"chance", true},
                {"larger"},
-               {"goes with"}});
+               {"goes with"},
+               {"changes at"}});
   for (const MissingEffort& m : missing)
     table.row({element("code", text(m.joint)), text(number(m.rms, 3)), text(number(m.noise, 3)), text(percent(m.share)),
-               text(number(m.p_value, 2)), text(region_words(m)), text(follows_words(m))},
+               text(number(m.p_value, 2)), text(region_words(m)), text(follows_words(m)),
+               text(change_words(m))},
               beyond_noise(m) && m.share > 0.1);
   Html out = bars(missing);
   if (beyond_noise(missing.front())) out += course(missing.front());

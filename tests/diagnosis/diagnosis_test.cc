@@ -45,6 +45,27 @@ Eigen::VectorXd white(Eigen::Index n, std::uint64_t seed) {
   return out;
 }
 
+TEST(Autocorrelations, AreThoseOfAFirstOrderSeriesAndTellItFromWhiteNoise) {
+  constexpr double kKept = 0.6;
+  Eigen::VectorXd both(8000);
+  both.head(4000) = white(4000, 1);
+  const Eigen::VectorXd drive = white(4000, 2);
+  double x = 0.0;
+  for (Eigen::Index k = 0; k < 4000; ++k) both(4000 + k) = x = kKept * x + drive(k);
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, 4000}, {0, 1, 4000, 2000}, {1, 1, 6000, 2000}};
+  const auto channels = autocorrelations(both, blocks);
+  ASSERT_EQ(channels.size(), 2u);
+  EXPECT_EQ(channels[1].samples, 4000.0);
+  const double error = 1.0 / std::sqrt(4000.0);
+  for (std::size_t lag = 1; lag <= 5; ++lag) {
+    EXPECT_NEAR(channels[0].by_lag[lag - 1], 0.0, 4.0 * error);
+    // Bartlett's standard error of a coloured series is at most sqrt((1 + phi^2) / (1 - phi^2)) = 1.46 times as large.
+    EXPECT_NEAR(channels[1].by_lag[lag - 1], std::pow(kKept, static_cast<double>(lag)), 6.0 * error);
+  }
+  EXPECT_GT(channels[0].p_value, 1e-3);
+  EXPECT_LT(channels[1].p_value, 1e-12);
+}
+
 TEST(Chance, IsTheTailOfChiSquareTimesTheTries) {
   for (const int parameters : {1, 2, 4}) {
     for (const double gain : {0.5, 3.0, 10.0}) {

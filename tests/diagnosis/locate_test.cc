@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <cmath>
 
 #include "diagnosis/candidates.h"
+#include "diagnosis/when.h"
 #include "ga/random.h"
 #include "tests/physics/plants.h"
 
@@ -91,8 +91,52 @@ TEST(MissingEffort, KnowsSlowNoiseByItsDifferences) {
   scenario.recordings[0].data = data;
   for (const MissingEffort& m : located(scenario)) {
     EXPECT_GT(m.p_value, kLocateError) << m.joint;
-    EXPECT_NEAR(m.rms / m.noise, 1.0, 0.15) << m.joint;
+    // Three standard deviations of the ratio of two rms values over 60 s at 4 Hz.
+    EXPECT_NEAR(m.rms / m.noise, 1.0, 3.0 / std::sqrt(60.0 * 2.0 * kLocateCutoff)) << m.joint;
   }
+}
+
+/// White noise, `factor` times as large from `from` to `to`.
+std::vector<double> louder(std::size_t n, std::size_t from, std::size_t to, double factor, std::uint64_t seed) {
+  RandomStream random(seed, 0, 0);
+  std::vector<double> out;
+  for (std::size_t k = 0; k < n; ++k) out.push_back(random.normal() * (k >= from && k < to ? factor : 1.0));
+  return out;
+}
+
+TEST(PowerChanges, StandWhereASignalGrowsLouderAndQuieter) {
+  const std::vector<double> signal = louder(1000, 300, 600, 3.0, 1);
+  const auto changes = power_changes(signal, 1.0);
+  ASSERT_EQ(changes.size(), 2u);
+  EXPECT_NEAR(static_cast<double>(changes[0].at), 300.0, 15.0);
+  EXPECT_NEAR(static_cast<double>(changes[1].at), 600.0, 15.0);
+  // Three standard errors of an rms over 300 samples.
+  EXPECT_NEAR(changes[0].before, 1.0, 3.0 / std::sqrt(600.0));
+  EXPECT_NEAR(changes[0].after, 3.0, 9.0 / std::sqrt(600.0));
+  EXPECT_DOUBLE_EQ(changes[0].after, changes[1].before);
+  EXPECT_LT(changes[0].p_value, 1e-3);
+}
+
+TEST(PowerChanges, AreNoneInASignalOfOnePowerWhateverItsColourOrTails) {
+  // 200 signals at 1 in 1,000 each: two are expected to be no more than rare.
+  int alarms = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    RandomStream random(seed, 1, 0);
+    double x = 0.0;
+    std::vector<double> signal;
+    for (int k = 0; k < 600; ++k) {
+      x = 0.8 * x + 0.6 * random.normal();
+      signal.push_back(seed % 2 == 0 ? x : x * x * x);
+    }
+    alarms += !power_changes(signal, 1.0).empty();
+  }
+  EXPECT_LE(alarms, 2);
+}
+
+TEST(PowerChanges, TakeAnySignal) {
+  EXPECT_TRUE(power_changes({}, 1.0).empty());
+  EXPECT_TRUE(power_changes(std::vector<double>(100, 0.0), 1.0).empty());
+  EXPECT_TRUE(power_changes(std::vector<double>(39, 1.0), 1.0).empty());
 }
 
 TEST(LikelyJoints, AreThoseBeyondTheNoiseWithAShareOfIt) {

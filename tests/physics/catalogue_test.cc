@@ -237,6 +237,30 @@ INSTANTIATE_TEST_SUITE_P(All, CatalogueLaw, testing::Range(std::size_t{0}, laws(
   return std::string(laws()[p.param].effect) + "_" + std::to_string(p.param);
 });
 
+TEST(ActuatorLag, FarShorterThanTheStepActsByItsTime) {
+  const Drive drive = commands();
+  Scenario scenario =
+      driven_scenario(block_robot(),
+                      {actuator("slide", "torque_source",
+                                {{"gain", kGain}, {"damping", kDamping}, {"stiffness", kStiffness}, {"rest", kRest}})},
+                      drive, kStart);
+  const PlantModel plain(scenario);
+  const Experiment experiment = started_experiment(scenario, kStart);
+  const auto moved = [&](double lag, double step) {
+    return predict_one(plain.with_effects({effect("actuator_lag", "slide", {{"T", lag}})}), experiment,
+                       on("featherstone", step))
+        .front()[0];
+  };
+  const auto without = moved(0.0, 0.01);
+  // Steps of a tenth of the lag at most leave nothing to ask of the parabola; the sampling period is the long step.
+  for (const double lag : {2e-3, 5e-4, 1e-4}) {
+    const auto fine = moved(lag, 0.1 * lag), coarse = moved(lag, 0.01);
+    EXPECT_LT(worst_difference(coarse, fine), 1e-3 * worst_difference(without, fine)) << lag;
+  }
+  // And from there on in proportion, down to none.
+  EXPECT_NEAR(worst_difference(moved(1e-8, 0.01), without) / worst_difference(moved(1e-6, 0.01), without), 1e-2, 1e-4);
+}
+
 TEST(SensorDelay, ShiftsTheReadingAndNothingElse) {
   const Drive drive = commands();
   Scenario scenario =

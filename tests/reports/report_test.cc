@@ -62,7 +62,8 @@ TEST(DiagnosisPage, HasEverySection) {
   const Picture pose{"featherstone", {1, 2, 3}};
   const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), std::span(&pose, 1));
   for (const char* title :
-       {"Findings", "Before and after", "Residuals", "What was tried", "Parameters", "What the data determine",
+       {"Findings", "Before and after", "Where the plain model fails", "Residuals",
+        "Whiteness of the residuals", "What was tried", "Parameters", "What the data determine",
         "Engines", "Pictures", "Population search", "Notes", "Method", "Context"})
     EXPECT_NE(page.find("<h2>" + std::string(title) + "</h2>"), std::string::npos) << title;
 }
@@ -94,7 +95,9 @@ TEST(FitPage, ComparesEngines) {
 }
 
 TEST_F(WriteReport, WritesPageAndRecord) {
-  write_diagnosis_report(path_ / "new" / "folder", Scenario{}, sample::diagnosis(), sample::context(), {});
+  EXPECT_EQ(
+      write_diagnosis_report(path_ / "new" / "folder", Scenario{}, sample::diagnosis(), sample::context(), {}).size(),
+      2u);
   EXPECT_EQ(nlohmann::json::parse(read(path_ / "new/folder/diagnosis.json"))["format"], "lacuna-diagnosis/1");
   EXPECT_TRUE(read(path_ / "new/folder/report.html").starts_with("<!DOCTYPE html>"));
   write_fit_report(path_, Scenario{}, sample::fit(1e-3), sample::context(), {});

@@ -50,6 +50,18 @@ inline Finding finding() {
   return f;
 }
 
+inline MissingEffort missing_effort() {
+  MissingEffort m;
+  m.joint = "joint_2";
+  m.rms = 0.5, m.noise = 0.01, m.share = 1.0, m.p_value = 1e-40;
+  m.regions = {{"near standstill", 3.0, 1e-9}};
+  m.follows = {{"the direction of motion", -0.9, 1e-20}};
+  m.changes = {{"train_1.csv", 1.0, 0.2, 0.7, 1e-8}, {"train_2.csv", 3.0, 0.7, 0.1, 1e-5}};
+  m.recording = "train_1.csv";
+  m.time = {0.0, 1.0, 2.0}, m.trace = {0.1, -0.5, 0.6};
+  return m;
+}
+
 inline Trace trace(const std::string& joint) {
   Trace t{"test_1.csv", joint, "rad", {}, {}, {}, {}};
   for (int i = 0; i < 4000; ++i) {
@@ -76,6 +88,9 @@ inline Diagnosis diagnosis() {
                {"input_delay", "joint_1", 0.5, kNan, kNan, 0.0, 1.0, 1, "no better than chance"}}};
   d.engines = {{"featherstone", true, "", d.before.rms[2].second, d.after.rms[2].second, 1.0},
                {"ode", false, "not built", {}, {}, 0.0}};
+  d.missing = {missing_effort()};
+  d.whiteness = {{"joint_1", Role::test, 4000.0, {0.1, 0.05}, {0.1, 0.04}, 0.3, 0.3},
+                 {"joint_2", Role::test, 4000.0, {0.9, 0.8}, {0.02, -0.01}, 0.0, 0.6}};
   d.traces = {trace("joint_1"), trace("joint_2")};
   d.notes = {"validate_1.csv: 3 missing values left out"};
   d.seconds = 12.3;
@@ -123,6 +138,10 @@ inline Diagnosis hostile_diagnosis() {
   }
   d.rounds.front().front() = {attack, attack, 1.0, 1.0, 1.0, 1.0, 1.0, 1, attack};
   d.engines = {{attack, false, attack, {}, {}, 0.0}, {attack, true, "", {{attack, 1.0}}, {{attack, 1.0}}, 1.0}};
+  for (Whiteness& w : d.whiteness) w.joint = attack;
+  MissingEffort& m = d.missing.front();
+  m.joint = m.recording = m.regions.front().region = m.follows.front().quantity = attack;
+  for (EffortChange& c : m.changes) c.recording = attack;
   for (Trace& t : d.traces) t.recording = t.joint = t.unit = attack;
   d.notes = {attack};
   return d;
