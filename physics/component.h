@@ -24,6 +24,7 @@ struct JointView {
   T q = T(0.0), v = T(0.0);     ///< rad, rad/s (m, m/s)
   T u = T(0.0);                 ///< V, command as it reaches this component
   T step = T(0.0);              ///< s, length of the integration step within which this instant lies; 0: none is on
+  T resolved = T(0.0);          ///< s, time of the fastest motion that the steps can follow; 0: any
   const T* actuator = nullptr;  ///< parameters of the joint's actuator
   const T* z = nullptr;         ///< the component's own states
   const T* m = nullptr;         ///< the component's own memories at this instant

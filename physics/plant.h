@@ -51,6 +51,8 @@ class Plant {
   int states() const { return states_; }
   int memories() const { return memories_; }
   Dyn& dynamics() { return dynamics_; }
+  /// s: components need not follow anything faster; 0 (at first): everything.
+  void resolve(double time) { resolved_ = T(time); }
 
   /// Puts one parameter vector into one lane.
   void bind(int k, std::span<const double> values) {
@@ -211,7 +213,7 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step;
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step, s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
     return s;
@@ -267,6 +269,7 @@ class Plant {
   std::vector<T> parameters_;
   std::vector<JointParts> joints_;
   int states_ = 0, memories_ = 0;
+  T resolved_ = T(0.0);  ///< s
 };
 
 }  // namespace lacuna

@@ -31,7 +31,7 @@ template <class T, class Dyn>
 void Rollout<T, Dyn>::run(const Segment& segment, const std::vector<Channel>& channels, double max_step,
                           std::vector<T>& out) {
   out.resize(segment.count * channels.size());
-  start(segment);
+  start(segment, max_step);
   record(channels, 0, out);
   for (std::size_t k = 0; k + 1 < segment.count; ++k) {
     advance(segment, k, max_step);
@@ -41,7 +41,8 @@ void Rollout<T, Dyn>::run(const Segment& segment, const std::vector<Channel>& ch
 }
 
 template <class T, class Dyn>
-void Rollout<T, Dyn>::start(const Segment& segment) {
+void Rollout<T, Dyn>::start(const Segment& segment, double max_step) {
+  if (segment.count > 1) plant_.resolve(kResolved * pieces_of(segment, 0, max_step).second);
   for (std::size_t j = 0; j < n_; ++j) {
     x_[j] = plant_.unsensed(static_cast<int>(j), T(segment.q0[j]));
     x_[n_ + j] = T(segment.v0[j]);
@@ -86,11 +87,18 @@ T Rollout<T, Dyn>::step_to_jump(const T& h) const {
   return out;
 }
 
+/// How many steps lead from a sample to the next, and how long each is (s).
+template <class T, class Dyn>
+std::pair<double, double> Rollout<T, Dyn>::pieces_of(const Segment& segment, std::size_t sample, double max_step) {
+  const double whole = segment.time(sample + 1) - segment.time(sample), pieces = std::ceil(whole / max_step - 1e-9);
+  return {pieces, whole / pieces};
+}
+
 template <class T, class Dyn>
 void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double max_step) {
   const double begin = segment.time(sample), end = segment.time(sample + 1);
-  const double pieces = std::ceil((end - begin) / max_step - 1e-9);
-  const double nominal = (end - begin) / pieces;
+  const auto [pieces, nominal] = pieces_of(segment, sample, max_step);
+  plant_.resolve(kResolved * nominal);
   t_ = T(begin);
   fetch_commands(segment, sample);
   // Every event costs one more round; a lane with more of them than this goes on with plain steps.

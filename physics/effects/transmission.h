@@ -9,19 +9,18 @@ namespace lacuna {
 /// With e the lead of that side over the link and tau0 the effort that the actuator would give at e = 0, e' = 0:
 /// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero between
 /// and where a surface would have to pull.
-/// Nothing faster than kFastest is resolved: J counts at least (D + c) kFastest, k at most J/kFastest^2 (both smoothly, so
-/// that a search that strays there finds back), and no stiffness limits the steps of the rollout.
+/// Nothing faster than the steps can follow is resolved (s.resolved): J counts at least (D + c) times that, k at most J over
+/// its square (both smoothly, so that a search that strays there finds back). No stiffness upsets the rollout, and finer
+/// steps resolve more.
 template <class T>
 struct Transmission {
-  static constexpr double kFastest = 2e-3;  ///< s
-
   T k, c, half, S, D, J;  ///< N m/rad, N m s/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, N s/m, m, N/m, N s/m, kg)
   T share, bend;          ///< of J that is the side's own, of the lead that k itself lets happen
 
   static Transmission of(const JointView<T>& s, const T& k, const T& c, const T& half, const T& inertia) {
     constexpr double kLeast = 1e-9;  // kg m^2: a side without a damper keeps some
-    const T J = max(larger(inertia, (s.damping + c) * T(kFastest)), T(kLeast));
-    const T softness = larger(T(1.0) / k, T(kFastest * kFastest) / J);
+    const T J = max(larger(inertia, (s.damping + c) * s.resolved), T(kLeast));
+    const T softness = larger(T(1.0) / k, s.resolved * s.resolved / J);
     return {T(1.0) / softness, c, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
   }
 
