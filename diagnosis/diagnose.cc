@@ -18,6 +18,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
+constexpr int kStartIterations = 25;   ///< of least squares once the errors of the starts are known
 constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
 
 /// Findings' own estimates, taken out of the fit's under their short names.
@@ -161,7 +162,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.engine = options.identify.simulator.engine;
   out.seed = options.identify.genetic.seed;
   const PlantModel model(scenario);
-  const Experiment experiment = make_experiment(scenario);
+  Experiment experiment = make_experiment(scenario);
   const SearchSpace space(model, scenario);
   DiagnosisCheckpoint saved(control.checkpoint, control.problem, control.writes);
 
@@ -178,6 +179,11 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   }
   SimulatorOptions simulator = options.identify.simulator;
   simulator.max_step = out.before.step.step;
+  if (attach_start_effects(experiment, model, simulator, before.space.expand(before.fit.point))) {
+    RunControl quiet = control;
+    quiet.progress = nullptr;
+    refine(before, experiment, simulator, quiet, kStartIterations);
+  }
   record_fit(before, experiment, simulator, out.before);
 
   out.missing = missing_efforts(before, scenario, simulator, out.seed);

@@ -220,7 +220,7 @@ struct JointEffort {
   std::vector<double> d;
   JointStates states;
   std::vector<std::pair<const Segment*, double>> places;  ///< of the samples: segment, time in its recording (s)
-  double ratio = 1.0, effective = 1.0;  ///< energy over the noise's; independent samples
+  double ratio = 1.0, effective = 1.0;                    ///< energy over the noise's; independent samples
 };
 
 JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const std::vector<ResidualBlock>& layout,

@@ -44,14 +44,14 @@ struct EffortChange {
 /// One joint's missing effort, in the unit of its command (an effort over the actuator's gain).
 struct MissingEffort {
   std::string joint;
-  double rms = 0.0, noise = 0.0;     ///< V
-  double share = 0.0;                ///< of what stands above the noise at all joints, in units of the noise
-  double p_value = 1.0;              ///< of so much from noise alone, corrected for the joints
-  std::vector<RegionTest> regions;   ///< beyond chance, largest ratio first
-  std::vector<FollowsTest> follows;  ///< beyond chance, strongest first
+  double rms = 0.0, noise = 0.0;      ///< V
+  double share = 0.0;                 ///< of what stands above the noise at all joints, in units of the noise
+  double p_value = 1.0;               ///< of so much from noise alone, corrected for the joints
+  std::vector<RegionTest> regions;    ///< beyond chance, largest ratio first
+  std::vector<FollowsTest> follows;   ///< beyond chance, strongest first
   std::vector<EffortChange> changes;  ///< in the session's order
-  std::string recording;             ///< of the trace:
-  std::vector<double> time, trace;   ///< s, V
+  std::string recording;              ///< of the trace:
+  std::vector<double> time, trace;    ///< s, V
 };
 
 /// Joints at which something may be missing: beyond the noise and at least `kLikely` of it all. Empty: any.

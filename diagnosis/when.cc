@@ -94,7 +94,8 @@ PowerChange likeliest_change(const Eigen::VectorXd& squares, std::size_t begin, 
   const auto [at, most] = farthest(part);
   level(part);
   const ResidualBlock block{0, 0, 0, n};
-  const double variance = part.squaredNorm() / effective_samples(part, std::span(&block, 1));  // long-run, of one sample
+  const double variance =
+      part.squaredNorm() / effective_samples(part, std::span(&block, 1));  // long-run, of one sample
   // The largest distance of a Brownian bridge from 0, Kolmogorov's law; its first term bounds it from above.
   const double distance = most / std::sqrt(static_cast<double>(n) * std::max(variance, 1e-300));
   PowerChange out;

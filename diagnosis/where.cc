@@ -12,8 +12,8 @@
 namespace lacuna {
 namespace {
 
-constexpr std::size_t kMost = 3;                       // of each kind
-constexpr double kTelling = 1.3, kLeastShare = 0.1;    // share over its usual one; share
+constexpr std::size_t kMost = 3;                     // of each kind
+constexpr double kTelling = 1.3, kLeastShare = 0.1;  // share over its usual one; share
 
 /// Energy that the effect removes from one channel of one segment, sample by sample.
 struct Removed {

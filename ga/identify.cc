@@ -101,7 +101,7 @@ JointRms residual_rms(Problem& problem, std::span<const double> values, Role rol
   JointRms out;
   if (segments.empty()) return out;
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
-  const Eigen::VectorXd r = problem.residuals_of(one, segments).front();
+  const Eigen::VectorXd r = problem.plain_residuals_of(one, segments).front();
   const std::vector<Channel> channels = predicted_channels(problem.model(), problem.experiment());
   for (std::size_t c = 0; c < channels.size(); ++c) {
     double sum = 0.0;

@@ -53,6 +53,7 @@ Problem::Problem(const PlantModel& model, const Experiment& experiment, const Se
       options_(options),
       weights_(std::move(weights)),
       simulator_(make_simulator(model, experiment, options)) {
+  whiten_starts();
   if (!inverse(experiment_)) return;
   thinned_.resize(experiment.segments.size());
   std::vector<int> all(experiment.segments.size());
@@ -61,6 +62,20 @@ Problem::Problem(const PlantModel& model, const Experiment& experiment, const Se
   simulator_->run(one, all, [&](int, int segment, const auto& predicted) {
     thinned_[static_cast<std::size_t>(segment)] = predicted.front().size();
   });
+}
+
+void Problem::whiten_starts() {
+  for (std::size_t s = 0; s < experiment_.segments.size(); ++s) {
+    const StartEffects* effects = experiment_.segments[s].start_effects.get();
+    if (effects == nullptr) continue;
+    starts_.resize(experiment_.segments.size());
+    const int one[] = {static_cast<int>(s)};
+    const std::vector<ResidualBlock> blocks = layout(one);
+    Eigen::VectorXd rows(blocks.back().first + blocks.back().count);
+    for (const ResidualBlock& block : blocks)
+      rows.segment(block.first, block.count).setConstant(weights_[static_cast<std::size_t>(block.channel)]);
+    starts_[s] = StartWhitening(effects->columns, std::move(rows));
+  }
 }
 
 std::vector<ResidualBlock> Problem::layout(std::span<const int> segments) const {
@@ -85,6 +100,20 @@ std::vector<ResidualBlock> Problem::layout(std::span<const int> segments) const 
 
 std::vector<Eigen::VectorXd> Problem::residuals_of(std::span<const std::vector<double>> values,
                                                    std::span<const int> segments) {
+  std::vector<Eigen::VectorXd> out = plain_residuals_of(values, segments);
+  if (starts_.empty()) return out;
+  const std::vector<ResidualBlock> blocks = layout(segments);
+  for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
+    Eigen::Index count = 0;
+    for (; last < blocks.size() && blocks[last].segment == blocks[first].segment; ++last) count += blocks[last].count;
+    const StartWhitening& starts = starts_[static_cast<std::size_t>(blocks[first].segment)];
+    for (Eigen::VectorXd& r : out) starts.apply(r.segment(blocks[first].first, count));
+  }
+  return out;
+}
+
+std::vector<Eigen::VectorXd> Problem::plain_residuals_of(std::span<const std::vector<double>> values,
+                                                         std::span<const int> segments) {
   const std::vector<ResidualBlock> blocks = layout(segments);
   const Eigen::Index rows = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
   std::vector<Eigen::VectorXd> out(values.size(), Eigen::VectorXd(rows));

@@ -8,6 +8,7 @@
 
 #include "ga/fitness.h"
 #include "ga/search_space.h"
+#include "ga/start_effects.h"
 #include "physics/simulator.h"
 
 namespace lacuna {
@@ -19,7 +20,8 @@ struct ResidualBlock {
 };
 
 /// Whitened residuals (predicted - measured) / weight of chosen segments, stacked segment by segment, channel by
-/// channel, missing samples left out. Model, experiment and space must outlive it.
+/// channel, missing samples left out; whitened by the errors of their starts, too, where the experiment has those.
+/// Model, experiment and space must outlive it.
 class Problem {
  public:
   /// `weights`: one rms per channel of the prediction, channel units.
@@ -35,6 +37,9 @@ class Problem {
 
   /// One column per full parameter vector (not search point).
   std::vector<Eigen::VectorXd> residuals_of(std::span<const std::vector<double>> values, std::span<const int> segments);
+  /// The same, the starts taken as exact.
+  std::vector<Eigen::VectorXd> plain_residuals_of(std::span<const std::vector<double>> values,
+                                                  std::span<const int> segments);
   /// The same of search points.
   std::vector<Eigen::VectorXd> residuals(std::span<const std::vector<double>> points, std::span<const int> segments);
   Eigen::VectorXd residual(const std::vector<double>& point, std::span<const int> segments);
@@ -50,13 +55,16 @@ class Problem {
              Fitness fitness);
 
  private:
+  void whiten_starts();
+
   const PlantModel& model_;
   const Experiment& experiment_;
   const SearchSpace& space_;
   SimulatorOptions options_;
   std::vector<double> weights_;
   std::unique_ptr<Simulator> simulator_;
-  std::vector<std::size_t> thinned_;  ///< inverse dynamics: samples per segment after thinning
+  std::vector<StartWhitening> starts_;  ///< by segment; none where all starts are exact
+  std::vector<std::size_t> thinned_;    ///< inverse dynamics: samples per segment after thinning
 };
 
 /// Channels of the prediction: the measured ones, or for inverse dynamics one per joint in command units.

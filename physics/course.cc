@@ -126,7 +126,9 @@ Experiment commanded(const Experiment& like, const CommandTrack& commands, std::
   segment.count = commands.time.size();
   segment.file = "commands";
   segment.q0.assign(start.begin(), start.end());
-  std::fill(segment.v0.begin(), segment.v0.end(), 0.0);
+  for (std::vector<double>* zero : {&segment.v0, &segment.q0_error, &segment.v0_error})
+    std::fill(zero->begin(), zero->end(), 0.0);
+  segment.start_effects = nullptr;
   segment.measured.assign(out.channels.size(), std::vector<double>(segment.count, 0.0));
   out.segments = {segment};
   out.prediction = FreeRun{};

@@ -119,14 +119,14 @@ int find_channel(const std::vector<Channel>& channels, ChannelKind kind, int joi
 Segment make_segment(const Scenario& scenario, int index, const Cut& piece, const std::vector<Channel>& channels,
                      std::size_t first, std::size_t count) {
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
-  Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}, piece.session};
+  Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}, {}, {}, piece.session};
   for (const std::vector<double>& column : piece.measured) {
     const auto begin = column.begin() + static_cast<std::ptrdiff_t>(first);
     segment.measured.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count));
   }
   for (int j = 0; j < scenario.robot->dof(); ++j) {
     const int c = find_channel(channels, ChannelKind::position, j);
-    LocalState start{0.0, 0.0};
+    LocalState start;
     if (c >= 0) {
       const std::vector<double>& column = piece.measured[static_cast<std::size_t>(c)];
       start =
@@ -135,10 +135,16 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     const int rate = find_channel(channels, ChannelKind::velocity, j);
     if (rate >= 0) {
       const double v = piece.measured[static_cast<std::size_t>(rate)][first];
-      if (std::isfinite(v)) start.slope = v;
+      if (std::isfinite(v)) {
+        start.slope = v;
+        const double noise = channels[static_cast<std::size_t>(rate)].noise;
+        start.slope_error = std::isfinite(noise) ? noise : 0.0;
+      }
     }
     segment.q0.push_back(start.value);
     segment.v0.push_back(start.slope);
+    segment.q0_error.push_back(start.value_error);
+    segment.v0_error.push_back(start.slope_error);
   }
   return segment;
 }
@@ -233,7 +239,10 @@ struct LocalFit {
   LocalState state;
   double variance = HUGE_VAL;
   bool adequate = false;
+  std::vector<std::size_t> used;
+  int order = 0;
 };
+constexpr int kHighestOrder = 2;
 
 LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<double>& signal,
                         const std::vector<std::size_t>& used, std::size_t at, int order, double sigma2) {
@@ -249,9 +258,14 @@ LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<doubl
   const Eigen::MatrixXd inverse = (basis.transpose() * basis).inverse();
   const Eigen::VectorXd x = inverse * (basis.transpose() * y);
   const double residual = (y - basis * x).squaredNorm() / static_cast<double>(n - terms);
-  return {{x(0), order > 0 ? x(1) / span : 0.0},
-          inverse(0, 0) * std::max(residual, sigma2),
-          residual <= kVarianceSlack * sigma2};
+  const double variance = std::max(residual, sigma2);
+  LocalFit out{{x(0), order > 0 ? x(1) / span : 0.0, std::sqrt(inverse(0, 0) * variance), 0.0},
+               inverse(0, 0) * variance,
+               residual <= kVarianceSlack * sigma2,
+               used,
+               order};
+  if (order > 0) out.state.slope_error = std::sqrt(inverse(1, 1) * variance) / span;
+  return out;
 }
 
 }  // namespace
@@ -266,7 +280,7 @@ LocalState local_state(const std::vector<double>& time, const std::vector<double
     for (std::size_t i = from; i < std::min(end, at + half + 1); ++i) {
       if (std::isfinite(signal[i])) used.push_back(i);
     }
-    for (int order = 0; order <= 2; ++order) {
+    for (int order = 0; order <= kHighestOrder; ++order) {
       if (static_cast<int>(used.size()) < order + 3) continue;
       const LocalFit fit = fit_polynomial(time, signal, used, at, order, sigma2);
       // Any adequate fit beats any other; among equals the smaller error of the value at `at` wins.
@@ -275,6 +289,14 @@ LocalState local_state(const std::vector<double>& time, const std::vector<double
     }
   }
   if (best.variance == HUGE_VAL && at < signal.size() && std::isfinite(signal[at])) best.state.value = signal[at];
+  if (best.variance < HUGE_VAL && sigma2 > 0.0) {
+    const LocalFit higher =
+        fit_polynomial(time, signal, best.used, at, std::min(best.order + 1, kHighestOrder), sigma2);
+    best.state.value_error = higher.state.value_error;
+    best.state.slope_error = higher.state.slope_error;
+  } else {
+    best.state.value_error = best.state.slope_error = 0.0;
+  }
   return best.state;
 }
 

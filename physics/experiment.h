@@ -24,6 +24,8 @@ struct CommandTrack {
   std::vector<std::vector<double>> value;  ///< [joint][sample], V; zeros for joints without a command
 };
 
+struct StartEffects;
+
 struct Segment {
   int recording = 0;  ///< index in Scenario::recordings
   Role role = Role::train;
@@ -32,9 +34,12 @@ struct Segment {
   std::size_t first = 0, count = 0;           ///< samples of the track that the segment covers
   std::vector<std::vector<double>> measured;  ///< [channel][sample of the segment]; NaN where missing
   std::vector<double> q0, v0;                 ///< start of the simulation, from the measured positions
+  std::vector<double> q0_error, v0_error;     ///< standard errors of these; 0 where the noise is unknown
   /// s, from the session's start to time 0 of the track: recordings follow one another in the order of the scenario, each
   /// when the one before has ended, unless their own clocks go on from file to file.
   double session = 0.0;
+  /// What the errors of the start do to the prediction (ga/start_effects.h); null: the start is taken as exact.
+  std::shared_ptr<const StartEffects> start_effects = {};
 
   double time(std::size_t sample) const { return commands->time[first + sample]; }
 };
@@ -63,9 +68,11 @@ std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, cons
 Experiment make_experiment(const Scenario& scenario);
 
 /// Start of a piece of a signal: value and slope at time[at], by the widest local polynomial (constant, line, parabola)
-/// that explains samples [begin, end) around it down to the noise. NaN samples are skipped.
+/// that explains samples [begin, end) around it down to the noise. NaN samples are skipped. The errors are those of a
+/// polynomial one degree higher: what it leaves out is not known to be nothing.
 struct LocalState {
   double value = 0.0, slope = 0.0;
+  double value_error = 0.0, slope_error = 0.0;  ///< standard errors; 0 where nothing is known
 };
 LocalState local_state(const std::vector<double>& time, const std::vector<double>& signal, std::size_t at,
                        std::size_t begin, std::size_t end, double noise);

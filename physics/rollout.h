@@ -28,13 +28,14 @@ class Rollout {
   static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
   static constexpr double kShortest = 1e-6;  ///< shortest step, as a share of the nominal one: no event stops the clock
 
-  /// Time of the fastest motion resolved, in steps: twice as much as Kutta's method is stable with (2.8 over 1).
-  static constexpr double kResolved = 0.7;
+  /// Time of the fastest motion resolved: in steps, of which Kutta's method stands motions of time 1/2.8, and in sampling
+  /// periods, within which nobody sees what moves.
+  static constexpr double kResolvedSteps = 0.7, kResolvedSamples = 0.2;
 
   using State = std::vector<T>;  ///< q, v, z one after the other
 
   void start(const Segment& segment, double max_step);
-  static std::pair<double, double> pieces_of(const Segment& segment, std::size_t sample, double max_step);
+  std::pair<double, double> cut(const Segment& segment, std::size_t sample, double max_step);
   void advance(const Segment& segment, std::size_t sample, double max_step);
   void fetch_commands(const Segment& segment, std::size_t sample);
   Instant<T> instant(const T& since, const State& x) const;

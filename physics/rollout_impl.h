@@ -1,6 +1,7 @@
 // Definitions of rollout.h; included by it only.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 namespace lacuna {
@@ -42,7 +43,7 @@ void Rollout<T, Dyn>::run(const Segment& segment, const std::vector<Channel>& ch
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::start(const Segment& segment, double max_step) {
-  if (segment.count > 1) plant_.resolve(kResolved * pieces_of(segment, 0, max_step).second);
+  if (segment.count > 1) cut(segment, 0, max_step);
   for (std::size_t j = 0; j < n_; ++j) {
     x_[j] = plant_.unsensed(static_cast<int>(j), T(segment.q0[j]));
     x_[n_ + j] = T(segment.v0[j]);
@@ -87,18 +88,18 @@ T Rollout<T, Dyn>::step_to_jump(const T& h) const {
   return out;
 }
 
-/// How many steps lead from a sample to the next, and how long each is (s).
+/// How many steps lead from a sample to the next, and how long each is (s); the plant resolves what they can follow.
 template <class T, class Dyn>
-std::pair<double, double> Rollout<T, Dyn>::pieces_of(const Segment& segment, std::size_t sample, double max_step) {
+std::pair<double, double> Rollout<T, Dyn>::cut(const Segment& segment, std::size_t sample, double max_step) {
   const double whole = segment.time(sample + 1) - segment.time(sample), pieces = std::ceil(whole / max_step - 1e-9);
+  plant_.resolve(std::max(kResolvedSteps * whole / pieces, kResolvedSamples * whole));
   return {pieces, whole / pieces};
 }
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double max_step) {
   const double begin = segment.time(sample), end = segment.time(sample + 1);
-  const auto [pieces, nominal] = pieces_of(segment, sample, max_step);
-  plant_.resolve(kResolved * nominal);
+  const auto [pieces, nominal] = cut(segment, sample, max_step);
   t_ = T(begin);
   fetch_commands(segment, sample);
   // Every event costs one more round; a lane with more of them than this goes on with plain steps.

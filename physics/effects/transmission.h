@@ -51,10 +51,11 @@ struct Transmission {
   }
 
  private:
-  /// The larger of two with a rounded corner: 0.3 % above it at 3 : 1.
+  /// The larger of two with a rounded corner: 0.05 % above it at 2 : 1.
   static T larger(const T& a, const T& b) {
     const T top = max(max(a, b), T(1e-300)), x = a / top, y = b / top;
-    return top * sqrt(sqrt(x * x * x * x + y * y * y * y));
+    const T x4 = x * x * x * x, y4 = y * y * y * y;
+    return top * sqrt(sqrt(sqrt(x4 * x4 + y4 * y4)));
   }
 };
 

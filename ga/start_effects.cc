@@ -1,0 +1,95 @@
+#include "ga/start_effects.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <stdexcept>
+
+namespace lacuna {
+namespace {
+
+constexpr double kNegligible = 2.0;  ///< squared change over noise, summed over a segment, of one standard error
+constexpr double kUsable = 1e-6;     ///< eigenvalue under which a direction is left alone
+
+using Predictions = std::vector<Eigen::VectorXd>;  // by segment, rows as in StartEffects
+
+Predictions predict(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
+                    std::span<const double> values) {
+  std::vector<int> segments(experiment.segments.size());
+  for (std::size_t s = 0; s < segments.size(); ++s) segments[s] = static_cast<int>(s);
+  Predictions out(segments.size());
+  const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
+  make_simulator(model, experiment, options)->run(one, segments, [&](int, int s, const auto& predicted) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    std::vector<double> rows;
+    for (std::size_t c = 0; c < predicted.size(); ++c)
+      for (std::size_t k = 0; k < predicted[c].size(); ++k)
+        if (std::isfinite(segment.measured[c][k])) rows.push_back(predicted[c][k]);
+    out[static_cast<std::size_t>(s)] =
+        Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
+  });
+  return out;
+}
+
+/// Noise of each row of a segment.
+Eigen::VectorXd row_noise(const Experiment& experiment, const Segment& segment) {
+  std::vector<double> rows;
+  for (std::size_t c = 0; c < experiment.channels.size(); ++c)
+    for (const double x : segment.measured[c])
+      if (std::isfinite(x)) rows.push_back(experiment.channels[c].noise);
+  return Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
+}
+
+}  // namespace
+
+bool attach_start_effects(Experiment& experiment, const PlantModel& model, const SimulatorOptions& options,
+                          std::span<const double> values) {
+  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return false;
+  const Predictions plain = predict(model, experiment, options, values);
+  std::vector<std::vector<Eigen::VectorXd>> columns(experiment.segments.size());
+  for (std::size_t j = 0; j < experiment.joint_names.size(); ++j) {
+    for (const bool speed : {false, true}) {
+      Experiment moved = experiment;
+      for (Segment& s : moved.segments) (speed ? s.v0 : s.q0)[j] += (speed ? s.v0_error : s.q0_error)[j];
+      const Predictions off = predict(model, moved, options, values);
+      for (std::size_t s = 0; s < off.size(); ++s) {
+        const Eigen::VectorXd column = off[s] - plain[s];
+        const double size = column.cwiseQuotient(row_noise(experiment, experiment.segments[s])).squaredNorm();
+        if (std::isfinite(size) && size > kNegligible) columns[s].push_back(column);
+      }
+    }
+  }
+  bool any = false;
+  for (std::size_t s = 0; s < columns.size(); ++s) {
+    if (columns[s].empty()) continue;
+    auto effects = std::make_shared<StartEffects>();
+    effects->columns.resize(plain[s].size(), static_cast<Eigen::Index>(columns[s].size()));
+    for (std::size_t k = 0; k < columns[s].size(); ++k)
+      effects->columns.col(static_cast<Eigen::Index>(k)) = columns[s][k];
+    experiment.segments[s].start_effects = std::move(effects);
+    any = true;
+  }
+  return any;
+}
+
+StartWhitening::StartWhitening(const Eigen::MatrixXd& effects, Eigen::VectorXd row_weights)
+    : effects_(&effects), inverse_weights_(row_weights.cwiseInverse()) {
+  if (effects.rows() != row_weights.size())
+    throw std::invalid_argument("effects of a start on another number of samples");
+  const Eigen::MatrixXd scaled = inverse_weights_.asDiagonal() * effects;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(scaled.transpose() * scaled);
+  // Along an eigenvector of scaled scaled^T with eigenvalue l the residual shrinks to 1/sqrt(1 + l).
+  Eigen::VectorXd share(of.eigenvalues().size());
+  for (Eigen::Index k = 0; k < share.size(); ++k) {
+    const double l = of.eigenvalues()(k);
+    share(k) = l > kUsable ? (1.0 - 1.0 / std::sqrt(1.0 + l)) / l : 0.0;
+  }
+  shrinkage_ = of.eigenvectors() * share.asDiagonal() * of.eigenvectors().transpose();
+}
+
+void StartWhitening::apply(Eigen::Ref<Eigen::VectorXd> residual) const {
+  if (effects_ == nullptr) return;
+  const Eigen::VectorXd explained = shrinkage_ * (effects_->transpose() * residual.cwiseProduct(inverse_weights_));
+  residual -= inverse_weights_.cwiseProduct(*effects_ * explained);
+}
+
+}  // namespace lacuna
