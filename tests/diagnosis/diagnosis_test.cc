@@ -302,6 +302,39 @@ TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
   EXPECT_TRUE(two.again().empty()) << "the last one stays";
 }
 
+TEST(Diagnosis, AStartInMidMotionIsNoPhysics) {
+  // Four recordings each: their estimated starts are off by what noise allows, which the parameters must not take up.
+  int alarms = 0;
+  double squares = 0.0;
+  constexpr int kCases = 6;
+  for (int k = 0; k < kCases; ++k) {
+    const Scenario truth = pendulum_scenario({});
+    Scenario scenario = pendulum_scenario(kStart);
+    std::uint64_t seed = 100 * static_cast<std::uint64_t>(k);
+    for (const Role role : {Role::train, Role::train, Role::validate, Role::test}) {
+      const Drive drive = sine_drive(1, 6.0, 0.02, 3.0, static_cast<double>(++seed));
+      add_recording(scenario,
+                    simulated_recording(truth, drive, {{0.1}, {0.8}, false}, available_engines().back(),
+                                        std::to_string(seed) + ".csv", kNoise, seed),
+                    role);
+    }
+    for (const std::string& name : kDrive) scenario.identify.push_back({name, true, 0.2, 5.0, "test: " + name});
+    scenario.noise[ChannelKind::position]["swing"] = kNoise;
+    const Diagnosis d = diagnose(scenario, small());
+    alarms += d.verdict != Verdict::consistent;
+    const PendulumTruth right;
+    for (const auto& [name, value] : {std::pair{"swing.gain", right.gain}, {"swing.damping", right.damping}}) {
+      const auto found = std::find_if(d.after.estimates.begin(), d.after.estimates.end(),
+                                      [&](const Estimate& e) { return e.name == name; });
+      ASSERT_NE(found, d.after.estimates.end());
+      squares += std::pow((found->value - value) / ((found->upper95 - found->lower95) / (2.0 * 1.96)), 2);
+    }
+  }
+  EXPECT_EQ(alarms, 0);
+  // Mean square of 12 standardised errors: chi-square, 1 in 1,000 above 32.9.
+  EXPECT_LT(squares, 32.9);
+}
+
 TEST(Prune, KeepsTwoThatAreBothThere) {
   Pruned two(pendulum_problem(kStart, kDrive, kNoise,
                               {effect("valve_deadband", "swing", {{"d", kDeadband}}),
