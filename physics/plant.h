@@ -213,7 +213,8 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step, s.resolved = resolved_;
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step,
+    s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
     return s;

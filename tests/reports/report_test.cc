@@ -61,10 +61,9 @@ TEST(DiagnosisPage, OpensWithTheVerdict) {
 TEST(DiagnosisPage, HasEverySection) {
   const Picture pose{"featherstone", {1, 2, 3}};
   const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), std::span(&pose, 1));
-  for (const char* title :
-       {"Findings", "Before and after", "Where the plain model fails", "Residuals",
-        "Whiteness of the residuals", "What was tried", "Parameters", "What the data determine",
-        "Engines", "Pictures", "Population search", "Notes", "Method", "Context"})
+  for (const char* title : {"Findings", "Before and after", "Where the plain model fails", "Residuals",
+                            "Whiteness of the residuals", "What was tried", "Parameters", "What the data determine",
+                            "Engines", "Pictures", "Population search", "Notes", "Method", "Context"})
     EXPECT_NE(page.find("<h2>" + std::string(title) + "</h2>"), std::string::npos) << title;
 }
 
