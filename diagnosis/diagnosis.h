@@ -60,6 +60,9 @@ struct Finding {
   std::optional<Separation> separation;  ///< where the class has several members
 };
 
+/// That one of the finding's class stands at its place, whichever.
+double class_probability(const Finding& finding);
+
 struct Unexplained {
   bool present = false;
   std::vector<std::string> where;  ///< joints
@@ -90,9 +93,9 @@ struct EngineGain {
 /// What is left of one joint's residual on the recordings that were not fitted, as colour: by lag from 1, in samples.
 struct Whiteness {
   std::string joint;
-  Role role = Role::test;               ///< of those recordings
+  Role role = Role::test;  ///< of those recordings
   double samples = 0.0;
-  std::vector<double> before, after;    ///< autocorrelations
+  std::vector<double> before, after;     ///< autocorrelations
   double p_before = 1.0, p_after = 1.0;  ///< of so much colour in white noise
 };
 

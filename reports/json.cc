@@ -95,6 +95,7 @@ Json json_of(const Finding& finding, std::size_t number) {
   Json out{{"effect", finding.effect}, {"where", finding.place},   {"probability", finding.probability},
            {"rivals", rivals},         {"class", finding.members}, {"parameters", json_of(finding.parameters)}};
   if (!finding.recordings.empty()) out["recordings"] = finding.recordings;
+  out["class_probability"] = class_probability(finding);
   out["evidence"] = evidence_of(finding);
   out["separating_experiment"] = separation_of(finding, number);
   return out;
@@ -107,10 +108,13 @@ Json json_of(const MissingEffort& m) {
   for (const FollowsTest& f : m.follows)
     follows.push_back({{"quantity", f.quantity}, {"correlation", f.correlation}, {"p_value", f.p_value}});
   for (const EffortChange& c : m.changes)
-    changes.push_back(
-        {{"recording", c.recording}, {"time", c.time}, {"before", c.before}, {"after", c.after}, {"p_value", c.p_value}});
-  return {{"joint", m.joint}, {"rms", m.rms},         {"noise", m.noise},   {"unit", "V"},
-          {"share", m.share}, {"p_value", m.p_value}, {"regions", regions}, {"follows", follows}, {"changes", changes}};
+    changes.push_back({{"recording", c.recording},
+                       {"time", c.time},
+                       {"before", c.before},
+                       {"after", c.after},
+                       {"p_value", c.p_value}});
+  return {{"joint", m.joint},     {"rms", m.rms},       {"noise", m.noise},   {"unit", "V"},       {"share", m.share},
+          {"p_value", m.p_value}, {"regions", regions}, {"follows", follows}, {"changes", changes}};
 }
 
 Json json_of(const Candidate& candidate) {

@@ -116,7 +116,10 @@ std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
   if (one) {
     const Finding& finding = d.findings.front();
     const std::string parameters = parameter_words(finding);
-    out += fmt::format(" (probability {})", probability(finding.probability));
+    out += fmt::format(" (probability {}", probability(finding.probability));
+    if (finding.members.size() > 1)
+      out += fmt::format("; {} that it is one of its class", probability(class_probability(finding)));
+    out += ")";
     if (!parameters.empty()) out += ": " + parameters;
   }
   const std::string joint = one && std::isfinite(entry_of(rms_in(d.after, judged_role(d.after)), d.findings[0].place))
