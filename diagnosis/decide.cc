@@ -18,7 +18,6 @@ constexpr double kPromising = 0.9;  ///< share of energy left under which a star
 constexpr std::size_t kShortlist = 4;
 constexpr double kDisappointing = 1.5;      ///< energy left over the promised one
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
-constexpr double kClassLoss = 3.0;          ///< evidence within this of the winner's: not separated (odds 20 to 1)
 constexpr int kRefitIterations = 25;
 constexpr double kAtEnd = 1e-6;   ///< of a parameter's typical size
 constexpr double kNearly = 0.95;  ///< share of the best one's share of energy
@@ -62,7 +61,7 @@ struct Tried {
   /// A typical step along the axis, in its coordinate; at most its length.
   double size_of(const Axis& axis, const Parameter& p, const Experiment& experiment) const {
     const double size = typical_size(p.info->scale, model.model, experiment, p.joint, model.model.values());
-    const double along = axis.coordinate == Coordinate::linear ? size
+    const double along = axis.coordinate == Coordinate::linear    ? size
                          : axis.coordinate == Coordinate::inverse ? 1.0 / size
                                                                   : 1.0;
     return std::min(along, axis.upper - axis.lower);

@@ -24,6 +24,7 @@ namespace lacuna {
 
 constexpr double kChance = 0.01;         ///< of a train gain, under no effect
 constexpr double kStandardErrors = 2.0;  ///< of a held-out gain, that it must exceed
+constexpr double kClassLoss = 3.0;       ///< evidence within this of the winner's: not separated (odds 20 to 1)
 
 struct DecideOptions {
   SimulatorOptions simulator;

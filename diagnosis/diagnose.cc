@@ -5,21 +5,18 @@
 #include "backends/engine.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
-#include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/prune.h"
+#include "diagnosis/rounds.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
-#include "diagnosis/where.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
 namespace {
 
-constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
-constexpr int kStartIterations = 25;   ///< of least squares once the errors of the starts are known
-constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
+constexpr int kStartIterations = 25;  ///< of least squares once the errors of the starts are known
 
 /// Findings' own estimates, taken out of the fit's under their short names.
 void attach_parameters(Diagnosis& out) {
@@ -80,29 +77,6 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
                                  : Verdict::missing_physics;
 }
 
-/// Whether the fit leaves anything on the recordings that steered it: more than the noise, or anything but white.
-bool leaves_something(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
-  std::vector<int> seen = experiment.with_role(Role::train);
-  for (const int s : experiment.with_role(Role::validate)) seen.push_back(s);
-  Problem problem(current.model, experiment, current.space, options, current.weights);
-  const Eigen::VectorXd r = problem.residual(current.fit.point, seen);
-  const auto blocks = problem.layout(seen);
-  std::vector<double> noise = noise_levels(current.model, experiment);
-  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
-  return !excess_over_noise(r, blocks, noise).empty() || chance_of_white(r, blocks) < kWhite;
-}
-
-/// An effect that was just found may need a finer step than the plain model did; then the fit is repeated with it.
-void refine_step(CurrentModel& current, const Experiment& experiment, SimulatorOptions& simulator,
-                 const RunControl& control, StepChoice& step) {
-  step = choose_step(current.model, experiment, simulator, current.space.expand(current.fit.point));
-  if (step.step >= simulator.max_step) return;
-  simulator.max_step = step.step;
-  RunControl quiet = control;
-  quiet.progress = nullptr;
-  refine(current, experiment, simulator, quiet, kRefinedIterations);
-}
-
 std::vector<Estimate> fit_everything(const CurrentModel& current, const Experiment& experiment,
                                      const SimulatorOptions& options) {
   std::vector<int> all(experiment.segments.size());
@@ -125,23 +99,17 @@ void note_missing(const Scenario& scenario, Diagnosis& out) {
   }
 }
 
-/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere only if nothing is found there.
-Decision next_decision(const CurrentModel& current, const Experiment& experiment,
-                       const std::vector<std::string>& joints, DecideOptions options,
-                       const std::function<void(const char* stage, double done)>& report) {
-  ScreenOptions screen{options.simulator, 5, joints, [&](double d) { report("every effect at every place", 0.5 * d); }};
-  for (;;) {
-    std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
-    report("weighing on held-out recordings", 0.5);
-    const double all = static_cast<double>(experiment.joint_names.size());
-    options.choices = screen.joints.empty() ? 1.0 : all / static_cast<double>(screen.joints.size());
-    Decision decision = decide(current, experiment, std::move(screened), options);
-    if (decision.finding || screen.joints.empty()) return decision;
-    screen.joints.clear();
-  }
-}
-
 }  // namespace
+
+double class_probability(const Finding& finding) {
+  double sum = finding.probability;
+  for (const Rival& rival : finding.rivals) {
+    const bool member = rival.place == finding.place && std::find(finding.members.begin(), finding.members.end(),
+                                                                  rival.effect) != finding.members.end();
+    if (member) sum += rival.probability;
+  }
+  return std::min(sum, 1.0);
+}
 
 const char* to_string(Verdict verdict) {
   switch (verdict) {
@@ -154,7 +122,7 @@ const char* to_string(Verdict verdict) {
 Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const RunControl& control = options.identify.control;
-  auto report = [&](const std::string& stage, double done) {
+  const Report report = [&](const std::string& stage, double done) {
     if (control.progress) control.progress({stage, done, 0.0, 0});
   };
   Diagnosis out;
@@ -188,38 +156,13 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
 
   out.missing = missing_efforts(before, scenario, simulator, out.seed);
 
-  CurrentModel current = before;
-  StepChoice found_step = out.before.step;
-  DecideOptions decide_options{simulator, control, out.seed, 1.0, found_step.error_over_noise};
-  decide_options.control.progress = nullptr;
-  for (int round = 0; round < options.most_effects; ++round) {
-    if (!leaves_something(current, experiment, simulator)) break;
-    const double share = 0.35 + 0.55 * round / options.most_effects, width = 0.55 / options.most_effects;
-    CurrentModel next = current;
-    std::optional<Finding> finding;
-    std::vector<Candidate> candidates;
-    if (!saved.restore_round(round, experiment, simulator, next, finding, candidates)) {
-      const std::vector<std::string> joints =
-          likely_joints(round == 0 ? out.missing : missing_efforts(current, scenario, simulator, out.seed));
-      Decision decision = next_decision(current, experiment, joints, decide_options,
-                                        [&](const char* stage, double d) { report(stage, share + width * d); });
-      finding = std::move(decision.finding);
-      candidates = std::move(decision.candidates);
-      next = std::move(decision.model);
-      if (finding) simulator = decision.simulator;
-      if (finding) describe_evidence(*finding, current, next, experiment, simulator);
-      saved.store_round(next, finding, candidates, simulator);
-    }
-    out.rounds.push_back(std::move(candidates));
-    if (!finding) break;
-    out.findings.push_back(std::move(*finding));
-    current = std::move(next);
-    refine_step(current, experiment, simulator, control, found_step);
-    decide_options.simulator = simulator;
-    decide_options.integration_error = found_step.error_over_noise;
-  }
-
+  Rounds rounds(scenario, experiment, options, saved, before, simulator, out, report);
+  rounds.run();
   report("whether all are needed", 0.9);
+  // What had to wait until something else was recognised may be found now.
+  if (rounds.look_back()) rounds.run();
+  CurrentModel& current = rounds.current;
+  simulator = rounds.simulator;
   for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
     out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
 
@@ -229,7 +172,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   report("verifying", 0.92);
   out.after = out.before;
   if (!out.findings.empty()) record_fit(current, experiment, simulator, out.after);
-  out.after.step = found_step;
+  out.after.step = rounds.step;
   attach_parameters(out);
   judge_rest(out, before, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(model, experiment);

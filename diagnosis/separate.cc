@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/exchange.h"
 #include "diagnosis/prune.h"
 #include "ga/random.h"
 #include "physics/course.h"
@@ -207,17 +208,6 @@ std::vector<double> evidence_against(const CurrentModel& rival, const Experiment
     const double left = energy - slope.dot(normal.ldlt().solve(slope));
     out.push_back(std::isfinite(left) ? std::max(0.0, 0.5 * left) : 0.0);
   }
-  return out;
-}
-
-/// The current model with finding `k`'s effect exchanged for the rival, refitted; nothing where it cannot be simulated.
-std::optional<CurrentModel> exchanged(std::size_t k, const Rival& rival, const CurrentModel& plain,
-                                      const CurrentModel& current, const std::vector<Finding>& findings,
-                                      const Experiment& experiment, const SimulatorOptions& options,
-                                      const RunControl& control) {
-  const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
-  CurrentModel out = rebuilt(plain, current, findings, experiment, k, &spec, rival.own);
-  if (!refit(out, experiment, options, control)) return std::nullopt;
   return out;
 }
 

@@ -253,15 +253,13 @@ Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
 
 Html tried_section(const Diagnosis& d) {
   Html out;
+  std::vector<std::string> kept;
   for (std::size_t i = 0; i < d.rounds.size(); ++i) {
     if (d.rounds[i].empty()) continue;
     std::string title = fmt::format("Round {}", i + 1);
-    if (i > 0 && i <= d.findings.size()) {
-      std::vector<std::string> kept;
-      for (std::size_t k = 0; k < i; ++k)
-        kept.push_back(effect_title(d.findings[k].effect) + " at " + d.findings[k].place);
-      title += ", with " + list_of(kept) + " in the model";
-    }
+    if (!kept.empty()) title += ", with " + list_of(kept) + " in the model";
+    for (const Candidate& candidate : d.rounds[i])
+      if (candidate.note.empty()) kept.push_back(effect_title(candidate.effect) + " at " + candidate.place);
     out += element("h3", text(title)) + round_chart(d, d.rounds[i]);
   }
   if (out.markup.empty()) return out;

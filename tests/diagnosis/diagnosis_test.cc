@@ -9,6 +9,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/exchange.h"
 #include "diagnosis/prune.h"
 #include "tests/ga/plant_problems.h"
 
@@ -343,6 +344,30 @@ TEST(Prune, KeepsTwoThatAreBothThere) {
              "valve_asymmetry", {0.2, kDeadband});
   EXPECT_TRUE(two.again().empty());
   EXPECT_EQ(two.findings.size(), 2u);
+}
+
+TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight) {
+  const std::vector<EffectSpec> concealed{effect("valve_deadband", "swing", {{"d", kDeadband}}),
+                                          effect("valve_asymmetry", "swing", {{"a", 0.2}})};
+  const Scenario scenario = pendulum_problem(kStart, kDrive, kNoise, concealed, 10.0, available_engines().back());
+  Pruned wrong(scenario, "damping_asymmetry", {0.2, kDeadband});
+  wrong.findings[0].rivals = {{"valve_asymmetry", "swing", 0.1, {}, {0.1}, {}},
+                              {"input_delay", "swing", 0.0, {}, {0.01}, {}}};
+  wrong.findings[1].rivals = {{"coulomb_friction", "swing", 0.0, {{"v0", 0.0}}, {0.1}, {}}};
+  const auto look = [](Pruned& p) {
+    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {});
+  };
+  ASSERT_EQ(look(wrong).size(), 1u);
+  EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");
+  EXPECT_EQ(wrong.findings[1].effect, "valve_deadband");
+  EXPECT_GT(wrong.findings[0].probability, 0.99);
+  EXPECT_GT(wrong.findings[0].heldout_gain, 0.0);
+  EXPECT_LT(wrong.findings[0].p_value, 1e-3);
+  ASSERT_FALSE(wrong.findings[0].rivals.empty());
+  EXPECT_EQ(wrong.findings[0].rivals[0].effect, "damping_asymmetry") << "what gave way stays a rival";
+  const std::vector<double> values = wrong.both->space.expand(wrong.both->fit.point);
+  EXPECT_NEAR(values[values.size() - 2], 0.2, 0.02) << "the asymmetry";
+  EXPECT_TRUE(look(wrong).empty()) << "now all is right";
 }
 
 TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {

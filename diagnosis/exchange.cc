@@ -1,0 +1,177 @@
+#include "diagnosis/exchange.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/decide.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/prune.h"
+#include "diagnosis/where.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kLead = 1.0;  ///< log-evidence that a rival must be ahead by to take the place
+
+/// A member of one finding's contest beside the other findings.
+struct Entrant {
+  Rival rival;
+  CurrentModel model;
+  double evidence = 0.0;  ///< over that of the finding as it stands
+};
+
+/// Both residuals of a model, in the weights of another.
+struct Seen {
+  Eigen::VectorXd train, validate;
+  double energy() const { return train.squaredNorm() + validate.squaredNorm(); }
+};
+
+class Arena {
+ public:
+  Arena(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& options,
+        const RunControl& control)
+      : plain_(plain),
+        experiment_(experiment),
+        options_(options),
+        control_(control),
+        train_(experiment.with_role(Role::train)),
+        validate_(experiment.with_role(Role::validate)) {}
+
+  /// The rivals of finding k in its place, those that can be simulated, most evidence first.
+  std::vector<Entrant> contest(std::size_t k, const CurrentModel& current, const std::vector<Finding>& findings) const {
+    const Seen standing = seen(current, current);
+    std::vector<Entrant> out;
+    for (const Rival& rival : findings[k].rivals) {
+      const bool there = std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
+        return f.effect == rival.effect && f.place == rival.place;
+      });
+      if (there) continue;
+      std::optional<CurrentModel> model =
+          exchanged(k, rival, plain_, current, findings, experiment_, options_, control_);
+      if (!model) continue;
+      const double parameters = static_cast<double>(model->space.size()) - static_cast<double>(current.space.size());
+      const auto [gain, effective] = gain_of(standing, seen(*model, current), current);
+      const double evidence = gain - 0.5 * parameters * std::log(std::max(2.0, effective));
+      if (std::isfinite(evidence)) out.push_back({rival, std::move(*model), evidence});
+    }
+    std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.evidence > b.evidence; });
+    return out;
+  }
+
+  /// Everything that is said of finding k beside its effect, place and class.
+  void judge(std::size_t k, Finding& finding, const CurrentModel& current, const std::vector<Finding>& findings) const {
+    CurrentModel rest = rebuilt(plain_, current, findings, experiment_, k);
+    if (!refit(rest, experiment_, options_, control_)) return;
+    const Problem layout(current.model, experiment_, current.space, options_, current.weights);
+    const Seen without = seen(rest, current), with = seen(current, current);
+    const int parameters = static_cast<int>(current.space.size() - rest.space.size());
+    const Gain gain = residual_gain(without.train, with.train, layout.layout(train_));
+    finding.p_value = chance(gain.log_likelihood, parameters, static_cast<int>(finding.rivals.size()) + 1);
+    const HeldoutGain heldout = heldout_gain(without.validate, with.validate, layout.layout(validate_));
+    finding.heldout_gain = heldout.gain, finding.heldout_error = heldout.error, finding.heldout_share = heldout.share;
+    describe_evidence(finding, rest, current, experiment_, options_);
+  }
+
+ private:
+  Seen seen(const CurrentModel& model, const CurrentModel& weighed_by) const {
+    Problem problem(model.model, experiment_, model.space, options_, weighed_by.weights);
+    Seen out{problem.residual(model.fit.point, train_), {}};
+    if (!validate_.empty()) out.validate = problem.residual(model.fit.point, validate_);
+    return out;
+  }
+  /// Log-likelihood that `other` is worth over `standing`, negative where it is worse, at the effective samples of the
+  /// better of the two; and those of the train recordings.
+  std::pair<double, double> gain_of(const Seen& standing, const Seen& other, const CurrentModel& current) const {
+    const Problem problem(current.model, experiment_, current.space, options_, current.weights);
+    const bool better = other.energy() < standing.energy();
+    const Seen &worse = better ? standing : other, &best = better ? other : standing;
+    const Gain train = residual_gain(worse.train, best.train, problem.layout(train_));
+    double gain = train.log_likelihood;
+    if (!validate_.empty())
+      gain += residual_gain(worse.validate, best.validate, problem.layout(validate_)).log_likelihood;
+    return {better ? gain : -gain, train.effective};
+  }
+
+  const CurrentModel& plain_;
+  const Experiment& experiment_;
+  const SimulatorOptions& options_;
+  const RunControl& control_;
+  std::vector<int> train_, validate_;
+};
+
+/// The finding as a rival of whatever takes its place.
+Rival as_rival(const Finding& finding, const CurrentModel& current) {
+  Rival out{finding.effect, finding.place, 0.0, finding.fixed, {}, finding.recordings};
+  const int at = current.model.find_effect_at(finding.effect, finding.place);
+  const Component& component = current.model.effects()[static_cast<std::size_t>(at)];
+  for (std::size_t a = 0; a < current.space.size(); ++a) {
+    const int parameter = current.space.axes()[a].parameter;
+    if (parameter >= component.first && parameter < component.first + component.count)
+      out.own.push_back(current.fit.point[a]);
+  }
+  return out;
+}
+
+/// Probability, rivals and class of `finding`, whose evidence is 0, among it and the entrants.
+void settle(Finding& finding, const std::vector<Entrant>& entrants) {
+  double most = 0.0;
+  for (const Entrant& e : entrants) most = std::max(most, e.evidence);
+  const auto weight = [&](double evidence) { return std::exp(std::max(evidence - most, -700.0)); };
+  double total = weight(0.0);
+  for (const Entrant& e : entrants) total += weight(e.evidence);
+  finding.probability = weight(0.0) / total;
+  finding.members = {finding.effect};
+  finding.rivals.clear();
+  for (const Entrant& e : entrants) {
+    finding.rivals.push_back(e.rival);
+    finding.rivals.back().probability = weight(e.evidence) / total;
+    if (e.rival.place == finding.place && -e.evidence < kClassLoss) finding.members.push_back(e.rival.effect);
+  }
+}
+
+}  // namespace
+
+std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, const CurrentModel& plain,
+                                      const CurrentModel& current, const std::vector<Finding>& findings,
+                                      const Experiment& experiment, const SimulatorOptions& options,
+                                      const RunControl& control) {
+  const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
+  CurrentModel out = rebuilt(plain, current, findings, experiment, which, &spec, rival.own);
+  if (!refit(out, experiment, options, control)) return std::nullopt;
+  return out;
+}
+
+std::vector<std::string> exchange(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
+                                  const Experiment& experiment, const SimulatorOptions& options,
+                                  const RunControl& control) {
+  std::vector<std::string> changes;
+  if (findings.size() < 2) return changes;
+  const Arena arena(plain, experiment, options, control);
+  // The first pass exchanges, the second looks once more at what stands then.
+  for (const bool last : {false, true}) {
+    for (std::size_t k = 0; k < findings.size(); ++k) {
+      Finding& finding = findings[k];
+      std::vector<Entrant> entrants = arena.contest(k, current, findings);
+      if (entrants.empty()) continue;
+      if (!last && entrants.front().evidence > kLead) {
+        const Entrant winner = entrants.front();
+        entrants.front() = {as_rival(finding, current), current, 0.0};
+        for (Entrant& e : entrants) e.evidence -= winner.evidence;
+        changes.push_back(fmt::format("{} at {} gave way to {} at {}, which explains more beside the other findings",
+                                      finding.effect, finding.place, winner.rival.effect, winner.rival.place));
+        finding.effect = winner.rival.effect, finding.place = winner.rival.place;
+        finding.fixed = winner.rival.fixed, finding.recordings = winner.rival.recordings;
+        current = winner.model;
+        arena.judge(k, finding, current, findings);
+      }
+      settle(finding, entrants);
+    }
+    if (changes.empty()) break;
+  }
+  return changes;
+}
+
+}  // namespace lacuna

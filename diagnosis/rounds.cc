@@ -1,0 +1,121 @@
+#include "diagnosis/rounds.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/decide.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/exchange.h"
+#include "diagnosis/where.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
+constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
+
+/// Whether the fit leaves anything on the recordings that steered it: more than the noise, or anything but white.
+bool leaves_something(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
+  std::vector<int> seen = experiment.with_role(Role::train);
+  for (const int s : experiment.with_role(Role::validate)) seen.push_back(s);
+  Problem problem(current.model, experiment, current.space, options, current.weights);
+  const Eigen::VectorXd r = problem.residual(current.fit.point, seen);
+  const auto blocks = problem.layout(seen);
+  std::vector<double> noise = noise_levels(current.model, experiment);
+  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
+  return !excess_over_noise(r, blocks, noise).empty() || chance_of_white(r, blocks) < kWhite;
+}
+
+/// An effect that was just found may need a finer step than the plain model did; then the fit is repeated with it.
+void refine_step(CurrentModel& current, const Experiment& experiment, SimulatorOptions& simulator,
+                 const RunControl& control, StepChoice& step) {
+  step = choose_step(current.model, experiment, simulator, current.space.expand(current.fit.point));
+  if (step.step >= simulator.max_step) return;
+  simulator.max_step = step.step;
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  refine(current, experiment, simulator, quiet, kRefinedIterations);
+}
+
+/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere only if nothing is found there.
+Decision next_decision(const CurrentModel& current, const Experiment& experiment,
+                       const std::vector<std::string>& joints, DecideOptions options, const Report& report) {
+  ScreenOptions screen{options.simulator, 5, joints, [&](double d) { report("every effect at every place", 0.5 * d); }};
+  for (;;) {
+    std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
+    report("weighing on held-out recordings", 0.5);
+    const double all = static_cast<double>(experiment.joint_names.size());
+    options.choices = screen.joints.empty() ? 1.0 : all / static_cast<double>(screen.joints.size());
+    Decision decision = decide(current, experiment, std::move(screened), options);
+    if (decision.finding || screen.joints.empty()) return decision;
+    screen.joints.clear();
+  }
+}
+
+}  // namespace
+
+Rounds::Rounds(const Scenario& scenario, const Experiment& experiment, const DiagnoseOptions& options,
+               DiagnosisCheckpoint& saved, const CurrentModel& before, const SimulatorOptions& at, Diagnosis& out,
+               const Report& report)
+    : current(before),
+      simulator(at),
+      step(out.before.step),
+      scenario_(scenario),
+      experiment_(experiment),
+      options_(options),
+      saved_(saved),
+      plain_(before),
+      out_(out),
+      report_(report),
+      quiet_(options.identify.control) {
+  quiet_.progress = nullptr;
+}
+
+void Rounds::run() {
+  while (static_cast<int>(out_.findings.size()) < options_.most_effects &&
+         leaves_something(current, experiment_, simulator)) {
+    if (!round()) break;
+  }
+}
+
+bool Rounds::round() {
+  const int most = options_.most_effects;
+  const double share = 0.35 + 0.55 * std::min(done_, most - 1) / most, width = 0.55 / most;
+  CurrentModel next = current;
+  std::optional<Finding> finding;
+  std::vector<Candidate> candidates;
+  if (!saved_.restore_round(done_, experiment_, simulator, next, finding, candidates)) {
+    const std::vector<std::string> joints =
+        likely_joints(done_ == 0 ? out_.missing : missing_efforts(current, scenario_, simulator, out_.seed));
+    const DecideOptions decide_options{simulator, quiet_, out_.seed, 1.0, step.error_over_noise};
+    Decision decision = next_decision(current, experiment_, joints, decide_options,
+                                      [&](const std::string& stage, double d) { report_(stage, share + width * d); });
+    finding = std::move(decision.finding);
+    candidates = std::move(decision.candidates);
+    next = std::move(decision.model);
+    if (finding) {
+      simulator = decision.simulator;
+      describe_evidence(*finding, current, next, experiment_, simulator);
+    }
+    saved_.store_round(next, finding, candidates, simulator);
+  }
+  ++done_;
+  out_.rounds.push_back(std::move(candidates));
+  if (!finding) return false;
+  out_.findings.push_back(std::move(*finding));
+  current = std::move(next);
+  refine_step(current, experiment_, simulator, quiet_, step);
+  return true;
+}
+
+bool Rounds::look_back() {
+  const std::vector<std::string> changes = exchange(plain_, current, out_.findings, experiment_, simulator, quiet_);
+  out_.notes.insert(out_.notes.end(), changes.begin(), changes.end());
+  if (changes.empty()) return false;
+  refine(current, experiment_, simulator, quiet_, kRefinedIterations);
+  refine_step(current, experiment_, simulator, quiet_, step);
+  return true;
+}
+
+}  // namespace lacuna

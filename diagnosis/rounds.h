@@ -1,0 +1,48 @@
+// The search for what is missing, one effect a round, each with the earlier ones in the model.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "diagnosis/candidates.h"
+#include "diagnosis/checkpoint.h"
+#include "diagnosis/diagnosis.h"
+
+namespace lacuna {
+
+using Report = std::function<void(const std::string& stage, double done)>;
+
+class Rounds {
+ public:
+  /// From `before`, the plain model as identified at simulator.max_step. Findings, candidates and notes go to `out`, whose
+  /// `before` and `missing` are filled in already. All of these must outlive it.
+  Rounds(const Scenario& scenario, const Experiment& experiment, const DiagnoseOptions& options,
+         DiagnosisCheckpoint& saved, const CurrentModel& before, const SimulatorOptions& simulator, Diagnosis& out,
+         const Report& report);
+
+  /// Rounds until one finds nothing, nothing is left, or there are as many findings as asked for. A round that a
+  /// checkpoint holds is taken from there.
+  void run();
+  /// Every finding beside the others once more (exchange.h). Whether any has changed.
+  bool look_back();
+
+  CurrentModel current;
+  SimulatorOptions simulator;  ///< with the step that the present model needs
+  StepChoice step;
+
+ private:
+  bool round();
+
+  const Scenario& scenario_;
+  const Experiment& experiment_;
+  const DiagnoseOptions& options_;
+  DiagnosisCheckpoint& saved_;
+  const CurrentModel& plain_;
+  Diagnosis& out_;
+  const Report& report_;
+  RunControl quiet_;
+  int done_ = 0;  ///< rounds
+};
+
+}  // namespace lacuna
