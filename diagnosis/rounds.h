@@ -15,10 +15,10 @@ using Report = std::function<void(const std::string& stage, double done)>;
 
 class Rounds {
  public:
-  /// From `before`, the plain model as identified at simulator.max_step. Findings, candidates and notes go to `out`, whose
+  /// From `before`, the plain model as identified at at.max_step. Findings, candidates and notes go to `out`, whose
   /// `before` and `missing` are filled in already. All of these must outlive it.
   Rounds(const Scenario& scenario, const Experiment& experiment, const DiagnoseOptions& options,
-         DiagnosisCheckpoint& saved, const CurrentModel& before, const SimulatorOptions& simulator, Diagnosis& out,
+         DiagnosisCheckpoint& saved, const CurrentModel& before, const SimulatorOptions& at, Diagnosis& out,
          const Report& report);
 
   /// Rounds until one finds nothing, nothing is left, or there are as many findings as asked for. A round that a

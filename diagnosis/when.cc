@@ -59,6 +59,7 @@ std::vector<Misfit> largest(const std::vector<Misfit>& all, const std::vector<do
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return energies[a] > energies[b]; });
   if (order.size() > kMostMisfits) order.resize(kMostMisfits);
   std::vector<Misfit> out;
+  out.reserve(order.size());
   for (const std::size_t k : order) out.push_back(all[k]);
   return out;
 }

@@ -26,6 +26,7 @@ bool inverse(const Experiment& experiment) { return std::holds_alternative<Inver
 std::vector<Channel> predicted_channels(const PlantModel& model, const Experiment& experiment) {
   if (!inverse(experiment)) return experiment.channels;
   std::vector<Channel> out;
+  out.reserve(static_cast<std::size_t>(model.dof()));
   for (int j = 0; j < model.dof(); ++j) out.push_back({ChannelKind::command, j, "V", std::nan(""), false});
   return out;
 }
