@@ -185,7 +185,9 @@ inline SimulatorOptions on(const std::string& engine, double step, int threads =
 
 /// Position and velocity channel of a joint, as bare_scenario() lays them out.
 inline std::size_t position_of(int joint) { return static_cast<std::size_t>(joint); }
-inline std::size_t velocity_of(const Robot& robot, int joint) { return static_cast<std::size_t>(robot.dof() + joint); }
+inline std::size_t velocity_of(const Robot& robot, int joint) {
+  return static_cast<std::size_t>(robot.dof()) + static_cast<std::size_t>(joint);
+}
 
 /// Largest difference of two equally long signals.
 inline double worst_difference(const std::vector<double>& a, const std::vector<double>& b) {
