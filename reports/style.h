@@ -54,6 +54,7 @@ tr.emphasised td { background: color-mix(in srgb, var(--found) 10%, transparent)
 .facts { display: grid; grid-template-columns: max-content 1fr; gap: 4px 18px; margin: 0 0 10px; font-size: 13.5px; }
 .facts dt { color: var(--muted); } .facts dd { margin: 0; overflow-wrap: anywhere; }
 code { font: 12.5px/1.5 ui-monospace, "SF Mono", Menlo, Consolas, monospace; overflow-wrap: anywhere; }
+td:first-child code { white-space: nowrap; }
 figure { margin: 0 0 16px; break-inside: avoid; } figcaption { font-size: 13px; color: var(--muted); }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(440px, 1fr)); gap: 8px 24px; }
 svg { display: block; width: 100%; height: auto; font-family: inherit; color: var(--ink); }
