@@ -9,7 +9,6 @@ namespace lacuna {
 namespace {
 
 constexpr int kReweightings = 1;
-constexpr int kRefitIterations = 25;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
 }  // namespace

@@ -19,6 +19,7 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
                                  const SimulatorOptions& options);
 
 constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
+constexpr int kRefitIterations = 25;
 
 /// Least squares on the train recordings from the model's present point, with its present weights, until a step gains less
 /// than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot be
@@ -28,7 +29,7 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
 
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
-            const RunControl& control, int iterations);
+            const RunControl& control, int iterations = kRefitIterations);
 
 /// Population search and least squares from its best, least squares from the scenario's start values as well, and the
 /// better of the two refined. `fit` receives the record of the search.

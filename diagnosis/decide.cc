@@ -18,10 +18,9 @@ constexpr double kPromising = 0.9;  ///< share of energy left under which a star
 constexpr std::size_t kShortlist = 4;
 constexpr double kDisappointing = 1.5;      ///< energy left over the promised one
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
-constexpr int kRefitIterations = 25;
-constexpr double kAtEnd = 1e-6;   ///< of a parameter's typical size
-constexpr double kNearly = 0.95;  ///< share of the best one's share of energy
-constexpr double kOneNat = 2.0;   ///< energy over noise that a log-likelihood of 1 is worth
+constexpr double kAtEnd = 1e-6;             ///< of a parameter's typical size
+constexpr double kNearly = 0.95;            ///< share of the best one's share of energy
+constexpr double kOneNat = 2.0;             ///< energy over noise that a log-likelihood of 1 is worth
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -416,7 +415,7 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   if (!winner) return out;
   out.finding = make_finding(tried, *winner, options.seed);
   out.model = tried[*winner].model;
-  refine(out.model, experiment, out.simulator, options.control, kRefitIterations);
+  refine(out.model, experiment, out.simulator, options.control);
   return out;
 }
 

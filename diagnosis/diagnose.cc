@@ -16,8 +16,6 @@
 namespace lacuna {
 namespace {
 
-constexpr int kStartIterations = 25;  ///< of least squares once the errors of the starts are known
-
 /// Findings' own estimates, taken out of the fit's under their short names.
 void attach_parameters(Diagnosis& out) {
   for (Finding& finding : out.findings) {
@@ -150,7 +148,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   if (attach_start_effects(experiment, model, simulator, before.space.expand(before.fit.point))) {
     RunControl quiet = control;
     quiet.progress = nullptr;
-    refine(before, experiment, simulator, quiet, kStartIterations);
+    refine(before, experiment, simulator, quiet);
   }
   record_fit(before, experiment, simulator, out.before);
 

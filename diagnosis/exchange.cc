@@ -62,16 +62,18 @@ class Arena {
   }
 
   /// Everything that is said of finding k beside its effect, place and class.
-  void judge(std::size_t k, Finding& finding, const CurrentModel& current, const std::vector<Finding>& findings) const {
+  void judge(std::size_t k, Finding& finding, const CurrentModel& current, const std::vector<Finding>& findings,
+             int tries, std::uint64_t seed) const {
     CurrentModel rest = rebuilt(plain_, current, findings, experiment_, k);
     if (!refit(rest, experiment_, options_, control_)) return;
     const Problem layout(current.model, experiment_, current.space, options_, current.weights);
     const Seen without = seen(rest, current), with = seen(current, current);
     const int parameters = static_cast<int>(current.space.size() - rest.space.size());
     const Gain gain = residual_gain(without.train, with.train, layout.layout(train_));
-    finding.p_value = chance(gain.log_likelihood, parameters, static_cast<int>(finding.rivals.size()) + 1);
+    finding.p_value = chance(gain.log_likelihood, parameters, tries);
     const HeldoutGain heldout = heldout_gain(without.validate, with.validate, layout.layout(validate_));
     finding.heldout_gain = heldout.gain, finding.heldout_error = heldout.error, finding.heldout_share = heldout.share;
+    finding.stability = stability(heldout.blocks, std::vector<double>(heldout.blocks.size(), 0.0), seed);
     describe_evidence(finding, rest, current, experiment_, options_);
   }
 
@@ -146,7 +148,7 @@ std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, con
 
 std::vector<std::string> exchange(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
                                   const Experiment& experiment, const SimulatorOptions& options,
-                                  const RunControl& control) {
+                                  const RunControl& control, int tries, std::uint64_t seed) {
   std::vector<std::string> changes;
   if (findings.size() < 2) return changes;
   const Arena arena(plain, experiment, options, control);
@@ -165,7 +167,7 @@ std::vector<std::string> exchange(const CurrentModel& plain, CurrentModel& curre
         finding.effect = winner.rival.effect, finding.place = winner.rival.place;
         finding.fixed = winner.rival.fixed, finding.recordings = winner.rival.recordings;
         current = winner.model;
-        arena.judge(k, finding, current, findings);
+        arena.judge(k, finding, current, findings, tries, seed);
       }
       settle(finding, entrants);
     }

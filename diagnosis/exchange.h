@@ -2,6 +2,7 @@
 // stood for may be theirs. Beside them, each must still be better than its rivals.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,9 +21,10 @@ std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, con
 
 /// Where there are two findings or more: puts a rival in a finding's place if that has more evidence beside the others, and
 /// makes each finding's probability, rivals and class those of this look. A finding that took another's place is judged
-/// anew (gain, chance, times and regions). Returns what was exchanged, in words.
+/// anew: gain, chance corrected for `tries` candidates, stability against none, times and regions. Returns what was
+/// exchanged, in words.
 std::vector<std::string> exchange(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
                                   const Experiment& experiment, const SimulatorOptions& options,
-                                  const RunControl& control);
+                                  const RunControl& control, int tries, std::uint64_t seed);
 
 }  // namespace lacuna

@@ -10,8 +10,6 @@
 namespace lacuna {
 namespace {
 
-constexpr int kIterations = 25;
-
 struct Loss {
   double gain = HUGE_VAL;  ///< log-likelihood that the finding is worth, train and validate
   bool needed = true;
@@ -82,7 +80,7 @@ std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current,
     current = std::move(least->rest);
     RunControl quiet = control;
     quiet.progress = nullptr;
-    refine(current, experiment, options, quiet, kIterations);
+    refine(current, experiment, options, quiet);
     findings.erase(findings.begin() + static_cast<std::ptrdiff_t>(which));
   }
   return removed;

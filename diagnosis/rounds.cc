@@ -110,7 +110,10 @@ bool Rounds::round() {
 }
 
 bool Rounds::look_back() {
-  const std::vector<std::string> changes = exchange(plain_, current, out_.findings, experiment_, simulator, quiet_);
+  std::size_t tries = 0;
+  for (const std::vector<Candidate>& round : out_.rounds) tries += round.size();
+  const std::vector<std::string> changes =
+      exchange(plain_, current, out_.findings, experiment_, simulator, quiet_, static_cast<int>(tries), out_.seed);
   out_.notes.insert(out_.notes.end(), changes.begin(), changes.end());
   if (changes.empty()) return false;
   refine(current, experiment_, simulator, quiet_, kRefinedIterations);

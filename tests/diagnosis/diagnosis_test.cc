@@ -355,7 +355,7 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
                               {"input_delay", "swing", 0.0, {}, {0.01}, {}}};
   wrong.findings[1].rivals = {{"coulomb_friction", "swing", 0.0, {{"v0", 0.0}}, {0.1}, {}}};
   const auto look = [](Pruned& p) {
-    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {});
+    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {}, 10, 1);
   };
   ASSERT_EQ(look(wrong).size(), 1u);
   EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");
