@@ -11,6 +11,7 @@
 #include "cli/progress.h"
 #include "cli/table.h"
 #include "ga/random.h"
+#include "reports/json_text.h"
 #include "reports/wording.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
@@ -133,8 +134,7 @@ std::string write_case(const fs::path& folder, const Scenario& source, const Con
   const Json hashes = write_recordings(folder, scenario);
   write_file_atomically(folder / scenario.robot_file,
                         read_text_file(robot, source.robot_file, "a robot (URDF)", kMostRobotBytes));
-  const std::string label =
-      label_of(made, options, scenario.name, hashes).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string label = json_text(label_of(made, options, scenario.name, hashes));
   const std::string seal = sha256(label);
   write_file_atomically(folder / "label.sha256", seal + "  label.json\n");
   write_file_atomically(folder / "label.json", label);
@@ -148,7 +148,7 @@ void report(const Session& session, const fs::path& folder, const Concealment& m
     // Nothing of the label: whoever diagnoses may look at this.
     const Json out{
         {"format", "lacuna-concealment/1"}, {"case", folder.string()}, {"label_sha256", seal}, {"version", version()}};
-    print(out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    print(json_text(out));
     return;
   }
   std::string out;

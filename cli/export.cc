@@ -7,6 +7,7 @@
 #include "cli/command.h"
 #include "cli/mjcf.h"
 #include "cli/settings.h"
+#include "reports/json_text.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "scenarios/scenario_parser.h"
@@ -41,14 +42,14 @@ void run(const Session& session, const ExportOptions& options) {
       {"format", "lacuna-export/1"}, {"version", version()}, {"scenario", scenario.name}, {"as", options.format}};
   if (session.output.empty()) {
     record["text"] = text;
-    print(session.json ? record.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);
+    print(session.json ? json_text(record) : text);
     return;
   }
   const fs::path file = session.output_folder(scenario) / (file_name(scenario.name) + (mjcf ? ".xml" : ".urdf"));
   refuse_overwriting(resolve(scenario, scenario.robot_file), file);
   write_file_atomically(file, text);
   record["written"] = file.string();
-  print(session.json ? record.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : file.string() + "\n");
+  print(session.json ? json_text(record) : file.string() + "\n");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "cli/progress.h"
 #include "cli/recording_choice.h"
 #include "render/snapshot.h"
+#include "reports/json_text.h"
 #include "scenarios/error.h"
 #include "scenarios/text.h"
 
@@ -118,7 +119,7 @@ void run(const Session& session, const RenderOptions& options) {
                       {"scenario", scenario.name},
                       {"pictures", pictures},
                       {"files", written}};
-    print(out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    print(json_text(out));
     return;
   }
   std::string out;

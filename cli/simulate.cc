@@ -14,6 +14,7 @@
 #include "cli/recording_choice.h"
 #include "cli/settings.h"
 #include "cli/table.h"
+#include "reports/json_text.h"
 #include "reports/wording.h"
 #include "scenarios/error.h"
 #include "scenarios/scenario_parser.h"
@@ -193,7 +194,7 @@ void report(const Session& session, const Scenario& scenario, const SimulateOpti
                 {"engine", options.engine},
                 {"recordings", Json::array()}};
     for (const Simulated& one : all) out["recordings"].push_back(to_json(one));
-    print(out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    print(json_text(out));
     return;
   }
   if (session.output.empty()) {

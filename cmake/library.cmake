@@ -73,6 +73,17 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     # GCC 12 warns of its own intrinsics' undefined lanes.
     COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized;-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mavx2;-mfma;-ffp-contract=fast;-mprefer-vector-width=512")
 endif()
+# Kernels stay units of their own in a unity build (they rely on what each defines before its includes), as does
+# Simbody's backend, whose headers do not bear those of the other engines.
+set(LACUNA_KERNELS physics/predictor_engine.cc physics/predictor_sse2.cc physics/predictor_avx2.cc
+  physics/predictor_avx512.cc backends/featherstone/featherstone_engine.cc backends/featherstone/forward_kernel_fma.cc)
+set_source_files_properties(${LACUNA_KERNELS} backends/simbody/simbody_engine.cc PROPERTIES
+  SKIP_UNITY_BUILD_INCLUSION ON)
+if(LACUNA_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # Their thousands of temporaries, indexed by constants, go without guards on the stack: with them sanitized kernels
+  # take eleven times as long. The heap and the arithmetic stay guarded.
+  set_property(SOURCE ${LACUNA_KERNELS} APPEND PROPERTY COMPILE_OPTIONS -O2 --param=asan-stack=0)
+endif()
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$|featherstone/forward_kernel_fma\\.cc$")
 set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES}
              ${PROJECT_SOURCE_DIR}/backends/featherstone/forward_kernel_fma.cc

@@ -11,10 +11,10 @@ namespace lacuna {
 namespace {
 
 constexpr double kCommonStep = 1e-3, kFinestStep = 2e-4;  // s
-constexpr std::size_t kMostPoints = 9;                    // of a ladder
+constexpr std::size_t kMostRungs = 9;                     // of a ladder
 constexpr double kCoarse = 0.05;                          // rad (m): errors beyond say nothing of an order
 constexpr double kAboveReferee = 100.0;                   // times the referee's error
-constexpr double kRounding = 1e-12;                       // rad (m): engines' own, over thousands of steps
+constexpr double kEngineRounding = 1e-12;                 // rad (m): engines' own, over thousands of steps
 
 /// Sub-nanosecond slack for steps that should be equal.
 bool at_most(double a, double b) { return a <= b * (1.0 + 1e-9); }
@@ -56,7 +56,7 @@ double common_step(const Motion& motion) {
 
 std::vector<double> step_ladder(const Motion& motion) {
   std::vector<double> out;
-  for (double step = motion.longest_step(); out.size() < kMostPoints; step *= 0.5) {
+  for (double step = motion.longest_step(); out.size() < kMostRungs; step *= 0.5) {
     if (!out.empty() && step < kFinestStep && out.size() >= 5) break;
     out.push_back(step);
   }
@@ -64,7 +64,7 @@ std::vector<double> step_ladder(const Motion& motion) {
 }
 
 double order_of(const std::vector<WorkPoint>& points, double referee_error) {
-  const double floor = std::max(kAboveReferee * referee_error, kRounding);
+  const double floor = std::max(kAboveReferee * referee_error, kEngineRounding);
   std::vector<double> slopes;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const WorkPoint &coarse = points[i], &fine = points[i + 1];
@@ -77,7 +77,7 @@ double order_of(const std::vector<WorkPoint>& points, double referee_error) {
 void measure_points(Runner& runner, const Motion& window, const Referee& referee, MethodResult& out,
                     const StopFlag* stop) {
   const Method method{out.name, out.native};
-  if (out.name == kAdaptiveMethod && !out.native) return measure_adaptive(runner, window, referee, out, stop);
+  if (out.adaptive()) return measure_adaptive(runner, window, referee, out, stop);
   double last = 0.0;
   for (const double step : step_ladder(window)) {
     if (stop != nullptr && *stop) throw Interrupted();

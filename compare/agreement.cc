@@ -12,8 +12,8 @@
 namespace lacuna {
 namespace {
 
-constexpr double kFastest = 2.0, kStrongest = 20.0, kSlide = 0.5;  // rad/s (m/s), N m (N), m
-constexpr std::uint32_t kStateDraws = 72;                          // purpose of the random stream
+constexpr double kFastest = 2.0, kStrongestEffort = 20.0, kSlide = 0.5;  // rad/s (m/s), N m (N), m
+constexpr std::uint32_t kStateDraws = 72;                                // purpose of the random stream
 constexpr int kPoseStates = 64;
 
 double relative(const std::vector<double>& a, const std::vector<double>& b) {
@@ -87,7 +87,7 @@ RandomState random_state(const Robot& robot, std::uint64_t seed, int index) {
     const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper) && joint.lower < joint.upper;
     state.q.push_back(limited ? stream.uniform(joint.lower, joint.upper) : stream.uniform(-reach, reach));
     state.v.push_back(stream.uniform(-kFastest, kFastest));
-    state.tau.push_back(stream.uniform(-kStrongest, kStrongest));
+    state.tau.push_back(stream.uniform(-kStrongestEffort, kStrongestEffort));
   }
   return state;
 }

@@ -17,13 +17,11 @@
 namespace lacuna {
 namespace {
 
-constexpr double kFreeDuration = 2.0;    // s, of free motion for what it must keep
+constexpr double kKeptDuration = 2.0;    // s, of free motion for what it must keep
 constexpr double kOrderWindow = 0.512;   // s, of free motion for the order of convergence
 constexpr double kRepeatWindow = 0.256;  // s, run over and over
 constexpr double kCostWindow = 0.5;      // s, that steps are timed over
 constexpr double kCostBudget = 0.2;      // s of computing, for each time that they are
-
-bool adaptive(const MethodResult& method) { return method.name == kAdaptiveMethod && !method.native; }
 
 class Comparing {
  public:
@@ -32,7 +30,7 @@ class Comparing {
         options_(options),
         motion_(motion_of(scenario, options.duration)),
         window_(motion_.first(kWindow)),
-        free_(free_motion_of(scenario, motion_, std::min(kFreeDuration, motion_.duration()), true, options.seed)),
+        free_(free_motion_of(scenario, motion_, std::min(kKeptDuration, motion_.duration()), true, options.seed)),
         weightless_(free_motion_of(scenario, motion_, free_.duration(), false, options.seed)),
         order_window_(free_.first(kOrderWindow)),
         repeat_window_(free_.first(kRepeatWindow)),
@@ -146,11 +144,11 @@ class Comparing {
       result.native = methods[m].native;
       result.not_run = whole.refuses(methods[m]);
       if (result.not_run.empty()) measure_points(window, window_, referee_, result, options_.stop);
-      if (result.not_run.empty() && !adaptive(result)) {
+      if (result.not_run.empty() && !result.adaptive()) {
         Trajectory run = measure_whole(whole, methods[m], result, out);
         if (drawn && m == shown) out.runs.push_back({name, result.name, referee_.times, std::move(run)});
       }
-      if (!adaptive(result)) measure_free(name, free, weightless, order, result);
+      if (!result.adaptive()) measure_free(name, free, weightless, order, result);
       out.engine.methods.push_back(std::move(result));
     }
   }

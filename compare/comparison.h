@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "backends/engine.h"
+#include "compare/runner.h"
 
 namespace lacuna {
 
@@ -48,8 +49,9 @@ struct WorkPoint {
 struct MethodResult {
   std::string name;  ///< "rk4", "dopri5", or the engine's own name for it
   bool native = false;
-  std::string not_run;              ///< why nothing was measured; else empty
-  std::vector<WorkPoint> points;    ///< from long steps to short ones
+  bool adaptive() const { return name == kAdaptiveMethod && !native; }  ///< chooses its own steps
+  std::string not_run;                                                  ///< why nothing was measured; else empty
+  std::vector<WorkPoint> points;                                        ///< from long steps to short ones
   double order = kUnmeasured;       ///< slope of log error over log step where neither coarseness nor rounding rules
   double order_free = kUnmeasured;  ///< the same in free motion, where nothing is held over a step
   double largest_stable_step = kUnmeasured;  ///< s, of the steps tried

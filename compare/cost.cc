@@ -100,8 +100,8 @@ double build_us(const std::string& engine, const Motion& motion) {
 /// An evaluation within a method with step control costs what one of the four of a common step does.
 void price_points(EngineComparison& engine) {
   for (MethodResult& method : engine.methods) {
-    const bool adaptive = method.name == kAdaptiveMethod && !method.native;
-    const double ns = adaptive ? 0.25 * engine.method(kCommonMethod).ns_per_step.median : method.ns_per_step.median;
+    const double ns =
+        method.adaptive() ? 0.25 * engine.method(kCommonMethod).ns_per_step.median : method.ns_per_step.median;
     for (WorkPoint& point : method.points) point.cpu_per_second = 1e-9 * ns * point.steps_per_second;
   }
 }
@@ -145,8 +145,7 @@ void measure_step_costs(std::vector<std::unique_ptr<Runner>>& runners, double st
   std::vector<Job> jobs;
   for (std::size_t e = 0; e < engines.size(); ++e) {
     for (MethodResult& method : engines[e].methods) {
-      const bool adaptive = method.name == kAdaptiveMethod && !method.native;
-      if (runners[e] && method.not_run.empty() && !adaptive) jobs.push_back({&method, runners[e].get(), {}});
+      if (runners[e] && method.not_run.empty() && !method.adaptive()) jobs.push_back({&method, runners[e].get(), {}});
     }
   }
   for (int round = 0; round < kRepeats; ++round) {

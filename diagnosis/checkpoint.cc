@@ -12,7 +12,7 @@ namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* kFormat = "lacuna-diagnosis-checkpoint/2";
+constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/2";
 
 Json exact(const std::vector<double>& values) {
   Json out = Json::array();
@@ -24,15 +24,14 @@ Json exact_by_name(const std::map<std::string, double>& values) {
   for (const auto& [name, value] : values) out[name] = exact_text(value);
   return out;
 }
-double number(const Json& text) { return std::strtod(text.get_ref<const std::string&>().c_str(), nullptr); }
 std::vector<double> numbers(const Json& list) {
   std::vector<double> out;
-  for (const Json& x : list) out.push_back(number(x));
+  for (const Json& x : list) out.push_back(exact_number(x));
   return out;
 }
 std::map<std::string, double> named_numbers(const Json& object) {
   std::map<std::string, double> out;
-  for (const auto& [name, value] : object.items()) out[name] = number(value);
+  for (const auto& [name, value] : object.items()) out[name] = exact_number(value);
   return out;
 }
 
@@ -75,9 +74,10 @@ Finding finding_from(const Json& j) {
   f.probability = n.at(0), f.p_value = n.at(1), f.heldout_gain = n.at(2);
   f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5);
   for (const Json& r : j.value("rivals", Json::array()))
-    f.rivals.push_back({r.at(0), r.at(1), number(r.at(2)), named_numbers(r.at(3)), numbers(r.at(4)),
+    f.rivals.push_back({r.at(0), r.at(1), exact_number(r.at(2)), named_numbers(r.at(3)), numbers(r.at(4)),
                         r.at(5).get<std::vector<std::string>>()});
-  for (const Json& t : j.value("times", Json::array())) f.times.push_back({t.at(0), number(t.at(1)), number(t.at(2))});
+  for (const Json& t : j.value("times", Json::array()))
+    f.times.push_back({t.at(0), exact_number(t.at(1)), exact_number(t.at(2))});
   return f;
 }
 
@@ -101,13 +101,13 @@ struct DiagnosisCheckpoint::Content {
 
 DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string problem, bool writes)
     : file_(std::move(file)), writes_(writes), content_(std::make_unique<Content>()) {
-  content_->json = {{"format", kFormat}, {"problem", problem}, {"rounds", Json::array()}};
+  content_->json = {{"format", kDiagnosisCheckpoint}, {"problem", problem}, {"rounds", Json::array()}};
   if (file_.empty() || !std::filesystem::exists(file_)) return;
   Json found;
   try {
     std::ifstream in(file_);
     found = Json::parse(in);
-    if (found.at("format") != kFormat) throw std::runtime_error("format");
+    if (found.at("format") != kDiagnosisCheckpoint) throw std::runtime_error("format");
     found.at("rounds").size();
   } catch (const std::exception&) {
     throw InputError(file_.string(), "no readable checkpoint",
@@ -136,12 +136,12 @@ bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const S
   fit.engine = j.at("engine");
   fit.optimizer = j.at("optimizer");
   fit.evaluations = j.at("evaluations");
-  fit.step = {number(j.at("step").at(0)), number(j.at("step").at(1))};
-  fit.search_cost = number(j.at("search_cost"));
-  fit.seconds = number(j.at("seconds"));
+  fit.step = {exact_number(j.at("step").at(0)), exact_number(j.at("step").at(1))};
+  fit.search_cost = exact_number(j.at("search_cost"));
+  fit.seconds = exact_number(j.at("seconds"));
   for (const Json& g : j.at("history")) {
-    fit.history.push_back(
-        {number(g.at(0)), number(g.at(1)), number(g.at(2)), number(g.at(3)), g.at(4), number(g.at(5))});
+    fit.history.push_back({exact_number(g.at(0)), exact_number(g.at(1)), exact_number(g.at(2)), exact_number(g.at(3)),
+                           g.at(4), exact_number(g.at(5))});
   }
   SimulatorOptions simulator = options;
   simulator.max_step = fit.step.step;
@@ -179,7 +179,7 @@ bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment,
   const EffectSpec spec{finding->effect, finding->place, finding->fixed, finding->recordings, "checkpoint"};
   model = extended(model, experiment, spec, model.fit.point, {});
   model.weights = numbers(j.at("weights"));
-  options.max_step = number(j.at("step"));
+  options.max_step = exact_number(j.at("step"));
   evaluate_at(model, numbers(j.at("point")), experiment, options);
   return true;
 }

@@ -15,8 +15,8 @@
 namespace lacuna {
 namespace {
 
-constexpr std::uint32_t kPurpose = 71;  // of random draws
-constexpr double kRegular = 0.01;       // of the sampling period
+constexpr std::uint32_t kLocateDraws = 71;  // of random draws
+constexpr double kRegular = 0.01;           // of the sampling period
 constexpr double kLeastRatio = 1.5;
 
 double upper_tail(double z) {
@@ -90,7 +90,7 @@ class Efforts {
       if (!(levels[c] > 0.0)) continue;
       const double kept = noise_correlation(noise_seen(free_run_, c) / levels[c]);
       for (std::size_t s = 0; s < noisy.segments.size(); ++s) {
-        RandomStream random(seed, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(c), kPurpose);
+        RandomStream random(seed, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(c), kLocateDraws);
         double x = random.normal();
         for (double& measured : noisy.segments[s].measured[c]) {
           measured += levels[c] * x;

@@ -10,7 +10,7 @@
 namespace lacuna {
 namespace {
 
-constexpr double kDamping = 1e-6;  // of the linear estimate, relative to the normal matrix' diagonal
+constexpr double kEstimateDamping = 1e-6;  // of the linear estimate, relative to the normal matrix' diagonal
 
 std::vector<std::string> files_of(const Experiment& experiment, Role role) {
   std::vector<std::string> out;
@@ -50,7 +50,7 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
     J.col(base + place).segment(block.first, block.count) = column.segment(block.first, block.count);
   }
   Eigen::MatrixXd normal = J.transpose() * J;
-  normal.diagonal() *= 1.0 + kDamping;
+  normal.diagonal() *= 1.0 + kEstimateDamping;
   const Eigen::VectorXd sizes = normal.ldlt().solve(-(J.transpose() * current.fit.residual).eval()).tail(count);
   if (!sizes.allFinite()) return {};
   const double low = sizes.minCoeff(), high = sizes.maxCoeff();

@@ -14,15 +14,15 @@ namespace {
 
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
-constexpr double kLeastStep = 1e-9;  ///< of that difference, relative to the range searched
-constexpr int kSizings = 3;          ///< rounds that bring a start's strength down
-constexpr double kStrongest = 2.0;   ///< change of the prediction over what is to be explained, both rms
-constexpr double kTwin = 0.05;       ///< starts nearer than this share of their size are one
-constexpr int kStartsKept = 2;       ///< of every effect, place and variant, after the first look
-constexpr std::size_t kChains = 40;  ///< starts that are re-identified; and the best one of every effect
-constexpr double kWorthwhile = 0.2;  ///< promised gain over the best one's, under which a start is given
-constexpr int kFewSteps = 2;         ///< so many steps only
-constexpr double kDamping = 1e-6;    ///< of Gauss-Newton, relative to the normal matrix' diagonal
+constexpr double kLeastStep = 1e-9;    ///< of that difference, relative to the range searched
+constexpr int kSizings = 3;            ///< rounds that bring a start's strength down
+constexpr double kStrongest = 2.0;     ///< change of the prediction over what is to be explained, both rms
+constexpr double kTwin = 0.05;         ///< starts nearer than this share of their size are one
+constexpr int kStartsKept = 2;         ///< of every effect, place and variant, after the first look
+constexpr std::size_t kChains = 40;    ///< starts that are re-identified; and the best one of every effect
+constexpr double kWorthwhile = 0.2;    ///< promised gain over the best one's, under which a start is given
+constexpr int kFewSteps = 2;           ///< so many steps only
+constexpr double kStepDamping = 1e-6;  ///< of Gauss-Newton, relative to the normal matrix' diagonal
 
 /// One start of one effect at one place on its way.
 struct Chain {
@@ -311,7 +311,7 @@ class EffectScreen {
   /// Damped Gauss-Newton step of one chain from `tried`, which is where it stands, cut at the bounds.
   void propose_step(Chain& chain) const {
     const Eigen::MatrixXd J = sensitivities(chain);
-    const Eigen::VectorXd step = damped_step(J.transpose() * J, J.transpose() * chain.residual, kDamping);
+    const Eigen::VectorXd step = damped_step(J.transpose() * J, J.transpose() * chain.residual, kStepDamping);
     if (!step.allFinite()) return;
     for (Eigen::Index i = 0; i < step.size(); ++i) {
       double lower, upper;

@@ -15,15 +15,15 @@
 namespace lacuna {
 namespace {
 
-constexpr std::size_t kDrawn = 24;  // motions in the first generation
-constexpr int kGenerations = 4;     // each further one: children of the best
+constexpr std::size_t kDrawn = 24;     // motions in the first generation
+constexpr int kDesignGenerations = 4;  // each further one: children of the best
 constexpr std::size_t kParents = 6, kChildren = 3;
 constexpr double kMutation = 0.15;                  // of a coordinate in [0, 1], rms
 constexpr double kLongest = 20.0;                   // s
 constexpr double kHighest = 3.0, kPerSample = 0.1;  // Hz; and cycles per sample at most
-constexpr double kWeakened = 0.7;                   // a motion beyond its limits is weakened to this share, so often:
-constexpr int kWeakenings = 8;
-constexpr std::uint32_t kPurpose = 61;  // of random draws
+constexpr double kWeakenedTo = 0.7;                 // a motion beyond its limits is weakened to this share, so often:
+constexpr int kMostWeakenings = 8;
+constexpr std::uint32_t kDesignDraws = 61;  // of random draws
 
 /// A motion by its coordinates, and what it is worth.
 struct Course {
@@ -49,9 +49,9 @@ std::vector<int> all_of(const Experiment& experiment) {
   return out;
 }
 
-class Designer {
+class SeparatingMotions {
  public:
-  Designer(const CurrentModel& found, const Experiment& experiment, const SimulatorOptions& options)
+  SeparatingMotions(const CurrentModel& found, const Experiment& experiment, const SimulatorOptions& options)
       : found_(found),
         experiment_(experiment),
         options_(options),
@@ -69,7 +69,7 @@ class Designer {
     std::vector<Course> out;
     for (std::size_t k = 0; k < kDrawn; ++k) {
       Course course{static_cast<Shape>(k % 3), {}, {}, 0.0, 0};
-      RandomStream random(seed, 0, static_cast<std::uint32_t>(k), kPurpose);
+      RandomStream random(seed, 0, static_cast<std::uint32_t>(k), kDesignDraws);
       course.x.resize(courses(course.shape).size() * limits_.command.size());
       for (double& coordinate : course.x) coordinate = random.uniform();
       out.push_back(std::move(course));
@@ -82,7 +82,7 @@ class Designer {
     std::vector<Course> out;
     for (std::size_t k = 0; k < std::min(kParents, courses.size()) * kChildren; ++k) {
       Course child{courses[k / kChildren].shape, courses[k / kChildren].x, {}, 0.0, 0};
-      RandomStream random(seed, static_cast<std::uint32_t>(generation), static_cast<std::uint32_t>(k), kPurpose);
+      RandomStream random(seed, static_cast<std::uint32_t>(generation), static_cast<std::uint32_t>(k), kDesignDraws);
       for (double& coordinate : child.x) coordinate = std::clamp(coordinate + kMutation * random.normal(), 0.0, 1.0);
       out.push_back(std::move(child));
     }
@@ -107,11 +107,11 @@ class Designer {
         if (!seen.finite || seen.beyond > 0.0) beyond.push_back(pending[k]);
       }
       for (Course* course : beyond) {
-        if (round == kWeakenings) course->commands = {};
+        if (round == kMostWeakenings) course->commands = {};
         for (auto& column : course->commands.value)
-          for (double& u : column) u *= kWeakened;
+          for (double& u : column) u *= kWeakenedTo;
       }
-      if (round == kWeakenings) break;
+      if (round == kMostWeakenings) break;
       pending = std::move(beyond);
     }
   }
@@ -229,10 +229,11 @@ struct Contest {
 };
 
 /// The motion whose hardest rival is easiest, by a small evolution of drawn ones.
-std::optional<Separation> best_motion(const Designer& designer, const Contest& contest, const Experiment& experiment,
-                                      const SimulatorOptions& options, std::uint64_t seed) {
+std::optional<Separation> best_motion(const SeparatingMotions& designer, const Contest& contest,
+                                      const Experiment& experiment, const SimulatorOptions& options,
+                                      std::uint64_t seed) {
   std::vector<Course> all;
-  for (int generation = 0; generation < kGenerations; ++generation) {
+  for (int generation = 0; generation < kDesignGenerations; ++generation) {
     std::vector<Course> next = generation == 0 ? designer.drawn(seed) : designer.children(all, seed, generation);
     designer.weaken(next);
     std::erase_if(next, [](const Course& c) { return c.commands.time.empty(); });
@@ -258,7 +259,7 @@ void separate(std::vector<Finding>& findings, const CurrentModel& plain, const C
   const bool merged =
       std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.members.size() > 1; });
   if (!merged || std::holds_alternative<InverseDynamics>(experiment.prediction)) return;
-  const Designer designer(current, experiment, options);
+  const SeparatingMotions designer(current, experiment, options);
   if (!designer.anything_driven()) return;
   for (std::size_t k = 0; k < findings.size(); ++k) {
     Contest contest;

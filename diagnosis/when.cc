@@ -10,10 +10,10 @@ namespace lacuna {
 namespace {
 
 constexpr double kWindow = 1.0;        // s
-constexpr double kFamilyError = 1e-3;  // of one false second in a diagnosis
+constexpr double kChangeError = 1e-3;  // of one false second in a diagnosis
 
-constexpr std::size_t kShortest = 20;  // samples between two changes
-constexpr double kLeastRatio = 1.5;    // of powers
+constexpr std::size_t kShortestStretch = 20;  // samples between two changes
+constexpr double kLeastChange = 1.5;          // of powers
 
 struct Window {
   const Segment* segment;
@@ -64,9 +64,9 @@ std::vector<Misfit> largest(const std::vector<Misfit>& all, const std::vector<do
   return out;
 }
 
-/// Where the cumulated sum of x about its mean is farthest from 0, `kShortest` from the ends; and how far.
+/// Where the cumulated sum of x about its mean is farthest from 0, `kShortestStretch` from the ends; and how far.
 std::pair<Eigen::Index, double> farthest(const Eigen::Ref<const Eigen::VectorXd>& x) {
-  const auto margin = static_cast<Eigen::Index>(kShortest);
+  const auto margin = static_cast<Eigen::Index>(kShortestStretch);
   const double mean = x.size() > 0 ? x.mean() : 0.0;
   double sum = 0.0;
   std::pair<Eigen::Index, double> out{0, 0.0};
@@ -112,15 +112,16 @@ double rms_of(const Eigen::VectorXd& squares, std::size_t begin, std::size_t end
 }  // namespace
 
 std::vector<PowerChange> power_changes(std::span<const double> signal, double signals) {
-  const double tests = signals * std::max(1.0, static_cast<double>(signal.size()) / static_cast<double>(kShortest));
+  const double tests =
+      signals * std::max(1.0, static_cast<double>(signal.size()) / static_cast<double>(kShortestStretch));
   if (signal.empty()) return {};
   const Eigen::Map<const Eigen::VectorXd> mapped(signal.data(), static_cast<Eigen::Index>(signal.size()));
   const Eigen::VectorXd squares = mapped.cwiseAbs2();
   std::vector<PowerChange> out;
   const auto split = [&](auto&& self, std::size_t begin, std::size_t end) -> void {
-    if (end - begin < 2 * kShortest) return;
+    if (end - begin < 2 * kShortestStretch) return;
     const PowerChange change = likeliest_change(squares, begin, end, tests);
-    if (!(change.p_value < kFamilyError)) return;
+    if (!(change.p_value < kChangeError)) return;
     self(self, begin, change.at);
     out.push_back(change);
     self(self, change.at, end);
@@ -133,7 +134,7 @@ std::vector<PowerChange> power_changes(std::span<const double> signal, double si
     }
   };
   const auto slight = [](const PowerChange& c) {
-    return std::max(c.before, c.after) < std::sqrt(kLeastRatio) * std::min(c.before, c.after);
+    return std::max(c.before, c.after) < std::sqrt(kLeastChange) * std::min(c.before, c.after);
   };
   measure();
   for (auto c = std::find_if(out.begin(), out.end(), slight); c != out.end();
@@ -161,7 +162,7 @@ std::vector<Misfit> misfits(const Eigen::VectorXd& residual, std::span<const Res
     const double energy = residual.segment(w.first, w.count).squaredNorm() / (noise * noise);
     const double ratio = energy / static_cast<double>(w.count);
     const double p = std::min(1.0, chance_of_energy(ratio, n) * static_cast<double>(windows.size()));
-    if (p > kFamilyError) continue;
+    if (p > kChangeError) continue;
     Misfit found{w.segment->file,  experiment.joint_names[static_cast<std::size_t>(channel_joints[c])],
                  w.begin,          w.end,
                  std::sqrt(ratio), p};

@@ -12,8 +12,8 @@
 namespace lacuna {
 namespace {
 
-constexpr std::size_t kMost = 3;                     // of each kind
-constexpr double kTelling = 1.3, kLeastShare = 0.1;  // share over its usual one; share
+constexpr std::size_t kMost = 3;                       // of each kind
+constexpr double kTelling = 1.3, kTellingShare = 0.1;  // share over its usual one; share
 
 /// Energy that the effect removes from one channel of one segment, sample by sample.
 struct Removed {
@@ -94,7 +94,7 @@ std::vector<std::string> telling_regions(const std::string& place, const std::ve
   std::vector<std::pair<double, std::string>> telling;
   for (const auto& [words, portion] : portions) {
     const double share = portion.energy / all.energy, usual = portion.samples / all.samples;
-    if (share > kTelling * usual && share > kLeastShare)
+    if (share > kTelling * usual && share > kTellingShare)
       telling.emplace_back(share / usual, fmt::format("{} {}: {:.0f} % of what it removes in {:.0f} % of the samples",
                                                       place, words, 100.0 * share, 100.0 * usual));
   }

@@ -22,17 +22,6 @@ using nlohmann::json;
 
 constexpr const char* format_name = "lacuna-optimizer-checkpoint/1";
 
-double from_exact_text(const std::string& text) {
-  const bool negative = text.starts_with('-');
-  std::string digits = negative ? text.substr(1) : text;
-  if (digits.starts_with("0x")) digits.erase(0, 2);
-  double value = 0.0;
-  const auto [end, error] =
-      std::from_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::hex);
-  if (error != std::errc{} || end != digits.data() + digits.size()) throw std::runtime_error("a malformed number");
-  return negative ? -value : value;
-}
-
 json exact_list(const std::vector<double>& values) {
   json list = json::array();
   for (const double value : values) list.push_back(exact_text(value));
@@ -41,7 +30,7 @@ json exact_list(const std::vector<double>& values) {
 
 std::vector<double> from_exact_list(const json& list) {
   std::vector<double> values;
-  for (const auto& text : list) values.push_back(from_exact_text(text.get<std::string>()));
+  for (const auto& text : list) values.push_back(exact_number(text.get<std::string>()));
   return values;
 }
 
@@ -68,7 +57,7 @@ json to_json(const Checkpoint& checkpoint) {
 }
 
 GenerationRecord record_from(const json& row) {
-  const auto number = [&](std::size_t i) { return from_exact_text(row.at(i).get<std::string>()); };
+  const auto number = [&](std::size_t i) { return exact_number(row.at(i).get<std::string>()); };
   return {.best = number(0),
           .median = number(1),
           .mean = number(2),
@@ -79,7 +68,7 @@ GenerationRecord record_from(const json& row) {
 
 Checkpoint checkpoint_from(const json& state) {
   Checkpoint checkpoint{.best = from_exact_list(state.at("best")),
-                        .best_cost = from_exact_text(state.at("best_cost").get<std::string>()),
+                        .best_cost = exact_number(state.at("best_cost").get<std::string>()),
                         .evaluations = state.at("evaluations").get<long>(),
                         .history = {},
                         .population = state.at("population").get<std::vector<Chromosome>>(),
@@ -155,6 +144,17 @@ std::string exact_text(double value) {
   const double size = std::abs(value);
   const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, size, std::chars_format::hex);
   return std::string(std::signbit(value) ? "-" : "") + (std::isfinite(value) ? "0x" : "") + std::string(buffer, end);
+}
+
+double exact_number(const std::string& text) {
+  const bool negative = text.starts_with('-');
+  std::string digits = negative ? text.substr(1) : text;
+  if (digits.starts_with("0x")) digits.erase(0, 2);
+  double value = 0.0;
+  const auto [end, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::hex);
+  if (error != std::errc{} || end != digits.data() + digits.size()) throw std::runtime_error("a malformed number");
+  return negative ? -value : value;
 }
 
 void save_checkpoint(const std::filesystem::path& file, const RunIdentity& identity, const Checkpoint& checkpoint) {

@@ -33,6 +33,8 @@ struct Checkpoint {
 
 /// A double as text that reads back to the same bits, infinities included ("0x1.8p+1", "inf").
 std::string exact_text(double value);
+/// The double that it stands for. Throws std::runtime_error where it is none.
+double exact_number(const std::string& text);
 
 /// Writes to a file beside it, syncs and renames: a reader, also after a crash, sees the old or the new file, whole.
 /// Throws WorkError, naming the file and the system's reason.

@@ -59,7 +59,7 @@ class ResidualCost final : public ceres::CostFunction {
 };
 
 /// Start pulled a hair inside the bounds: Ceres needs a feasible point.
-std::vector<double> inside(const SearchSpace& space, std::vector<double> point) {
+std::vector<double> within_bounds(const SearchSpace& space, std::vector<double> point) {
   for (std::size_t a = 0; a < point.size(); ++a) {
     point[a] = std::clamp(point[a], space.axes()[a].lower, space.axes()[a].upper);
   }
@@ -244,7 +244,7 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
   if (start.size() != problem.space().size())
     throw std::invalid_argument("least squares from a point of another search space");
   LeastSquaresResult result;
-  result.point = inside(problem.space(), start);
+  result.point = within_bounds(problem.space(), start);
   const auto blocks = problem.layout(segments);
   const Eigen::Index rows = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
   if (!problem.residual(result.point, segments).allFinite()) {

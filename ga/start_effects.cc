@@ -7,8 +7,8 @@
 namespace lacuna {
 namespace {
 
-constexpr double kNegligible = 2.0;  ///< squared change over noise, summed over a segment, of one standard error
-constexpr double kUsable = 1e-6;     ///< eigenvalue under which a direction is left alone
+constexpr double kNegligibleError = 2.0;  ///< squared change over noise, summed over a segment, of one standard error
+constexpr double kUsable = 1e-6;          ///< eigenvalue under which a direction is left alone
 
 using Predictions = std::vector<Eigen::VectorXd>;  // by segment, rows as in StartEffects
 
@@ -54,7 +54,7 @@ bool attach_start_effects(Experiment& experiment, const PlantModel& model, const
       for (std::size_t s = 0; s < off.size(); ++s) {
         const Eigen::VectorXd column = off[s] - plain[s];
         const double size = column.cwiseQuotient(row_noise(experiment, experiment.segments[s])).squaredNorm();
-        if (std::isfinite(size) && size > kNegligible) columns[s].push_back(column);
+        if (std::isfinite(size) && size > kNegligibleError) columns[s].push_back(column);
       }
     }
   }

@@ -28,7 +28,7 @@ constexpr double kPlate = 0.085;       // radius of the plate below it, likewise
 constexpr double kPin = 0.016;         // radius of a pin, likewise
 constexpr double kCollar = 0.9;        // a link at least this long along its axis, against across it, turns in a collar
 constexpr double kUpright = 0.9;       // cosine: a first axis at least as upright as this stands on a pillar
-constexpr double kSmallest = 1e-3;     // m: size of a robot whose joints all coincide
+constexpr double kSmallestRobot = 1e-3;  // m: size of a robot whose joints all coincide
 
 Isometry3d body_pose(const Robot& robot, std::span<const Isometry3d> link_poses, int body) {
   if (body < 0) return Isometry3d::Identity();
@@ -86,7 +86,7 @@ double robot_size(const Robot& robot) {
     reach[i] = joint.origin.translation().norm() + travel(joint);
     if (joint.parent >= 0) reach[i] += reach[static_cast<std::size_t>(joint.parent)];
   }
-  double longest = kSmallest;
+  double longest = kSmallestRobot;
   for (const double r : reach) longest = std::max(longest, r);
   for (const Link& link : robot.links()) {
     const double at = link.body < 0 ? 0.0 : reach[static_cast<std::size_t>(link.body)];

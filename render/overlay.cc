@@ -24,9 +24,9 @@ constexpr double kLabel = 0.038;
 constexpr double kRing = 0.062;       // radius
 constexpr double kRingLine = 0.0085;  // its thickness
 
-struct Box {
+struct Rectangle {
   double left, top, right, bottom;
-  bool meets(const Box& other) const {
+  bool meets(const Rectangle& other) const {
     return left < other.right && other.left < right && top < other.bottom && other.top < bottom;
   }
 };
@@ -41,7 +41,7 @@ void blend(Image& image, int x, int y, const Color& color, double alpha) {
 
 // Calls paint(x, y) for the picture's pixels whose centres can lie in the box.
 template <typename Paint>
-void over(const Image& image, const Box& box, Paint paint) {
+void over(const Image& image, const Rectangle& box, Paint paint) {
   const auto clip = [](double value, int side) { return static_cast<int>(std::clamp(value, 0.0, double(side))); };
   const int right = clip(std::ceil(box.right), image.width), bottom = clip(std::ceil(box.bottom), image.height);
   for (int y = clip(std::floor(box.top), image.height); y < bottom; ++y) {
@@ -50,7 +50,7 @@ void over(const Image& image, const Box& box, Paint paint) {
 }
 
 // A box with round corners, its edge smooth over one pixel.
-void fill_box(Image& image, const Box& box, double round, const Color& color, double alpha) {
+void fill_box(Image& image, const Rectangle& box, double round, const Color& color, double alpha) {
   const double cx = 0.5 * (box.left + box.right), cy = 0.5 * (box.top + box.bottom);
   const double hx = 0.5 * (box.right - box.left) - round, hy = 0.5 * (box.bottom - box.top) - round;
   over(image, {box.left - 1, box.top - 1, box.right + 1, box.bottom + 1}, [&](int x, int y) {
@@ -61,7 +61,8 @@ void fill_box(Image& image, const Box& box, double round, const Color& color, do
 
 void draw_line(Image& image, double x0, double y0, double x1, double y1, double width, const Color& color) {
   const double dx = x1 - x0, dy = y1 - y0, length2 = std::max(dx * dx + dy * dy, 1e-12);
-  const Box box{std::min(x0, x1) - width, std::min(y0, y1) - width, std::max(x0, x1) + width, std::max(y0, y1) + width};
+  const Rectangle box{std::min(x0, x1) - width, std::min(y0, y1) - width, std::max(x0, x1) + width,
+                      std::max(y0, y1) + width};
   over(image, box, [&](int x, int y) {
     const double px = x + 0.5 - x0, py = y + 0.5 - y0;
     const double t = std::clamp((px * dx + py * dy) / length2, 0.0, 1.0);
@@ -83,7 +84,7 @@ void draw_ring(Image& image, double cx, double cy, double radius, double line, c
   });
 }
 
-std::string printable(const std::string& text) {
+std::string drawable(const std::string& text) {
   std::string result;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -128,9 +129,9 @@ TextMask fitting(const TextWriter& write, std::string text, double height, doubl
 }
 
 // Panel and text of the caption; returns what it covers.
-Box draw_caption(const SnapshotOptions& options, const TextWriter& write, Image& image) {
+Rectangle draw_caption(const SnapshotOptions& options, const TextWriter& write, Image& image) {
   const double unit = image.height, border = kBorder * unit, room = image.width - 4 * border;
-  Box panel{border, border, border, border};
+  Rectangle panel{border, border, border, border};
   struct Line {
     TextMask mask;
     double height;
@@ -139,7 +140,7 @@ Box draw_caption(const SnapshotOptions& options, const TextWriter& write, Image&
   std::vector<Line> lines;
   const auto add = [&](const std::string& text, double height, const Color& color) {
     if (text.empty()) return;
-    lines.push_back({fitting(write, printable(text), height, room), height, color});
+    lines.push_back({fitting(write, drawable(text), height, room), height, color});
     panel.right = std::max(panel.right, border + text_width(lines.back().mask, height));
     panel.bottom += height;
   };
@@ -159,9 +160,10 @@ Box draw_caption(const SnapshotOptions& options, const TextWriter& write, Image&
 }
 
 // The first place round the ring, clockwise from the upper right, that is in the picture and free.
-Box label_place(const Image& image, double x, double y, double width, double height, const std::vector<Box>& taken) {
+Rectangle label_place(const Image& image, double x, double y, double width, double height,
+                      const std::vector<Rectangle>& taken) {
   const double unit = image.height, border = 0.5 * kBorder * unit;
-  std::optional<Box> first;
+  std::optional<Rectangle> first;
   for (const double away : {1.9, 3.0, 4.2}) {
     for (const double turn : {-0.9, 0.9, -2.2, 2.2, -1.57, 1.57}) {
       const double cx = x + away * kRing * unit * std::cos(turn) +
@@ -170,22 +172,23 @@ Box label_place(const Image& image, double x, double y, double width, double hei
                                                 : 0) *
                             width;
       const double cy = y + away * kRing * unit * std::sin(turn);
-      const Box box{cx - 0.5 * width, cy - 0.5 * height, cx + 0.5 * width, cy + 0.5 * height};
+      const Rectangle box{cx - 0.5 * width, cy - 0.5 * height, cx + 0.5 * width, cy + 0.5 * height};
       if (box.left < border || box.top < border || box.right > image.width - border || box.bottom > unit - border) {
         continue;
       }
       if (!first) first = box;
-      if (std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return box.meets(other); })) return box;
+      if (std::none_of(taken.begin(), taken.end(), [&](const Rectangle& other) { return box.meets(other); }))
+        return box;
     }
   }
-  return first.value_or(Box{x, y, x + width, y + height});
+  return first.value_or(Rectangle{x, y, x + width, y + height});
 }
 
 void draw_label(const TextWriter& write, const std::string& text, const Color& color, double x, double y,
-                std::vector<Box>& taken, Image& image) {
+                std::vector<Rectangle>& taken, Image& image) {
   const double height = kLabel * image.height, pad = 0.3 * height;
-  const TextMask mask = fitting(write, printable(text), height, 0.5 * image.width);
-  const Box box = label_place(image, x, y, text_width(mask, height) + 2 * pad, height + 0.6 * pad, taken);
+  const TextMask mask = fitting(write, drawable(text), height, 0.5 * image.width);
+  const Rectangle box = label_place(image, x, y, text_width(mask, height) + 2 * pad, height + 0.6 * pad, taken);
   const double tx = std::clamp(x, box.left, box.right), ty = std::clamp(y, box.top, box.bottom);
   const double gap = std::max(std::hypot(tx - x, ty - y), 1e-9), ring = kRing * image.height;
   if (gap > ring) {
@@ -201,7 +204,7 @@ void draw_label(const TextWriter& write, const std::string& text, const Color& c
 
 void draw_overlay(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses, const Camera& camera,
                   const SnapshotOptions& options, const TextWriter& write, Image& image) {
-  std::vector<Box> taken{draw_caption(options, write, image)};
+  std::vector<Rectangle> taken{draw_caption(options, write, image)};
   struct Ring {
     const Marker* marker;
     double x, y;

@@ -12,7 +12,7 @@
 namespace lacuna {
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostEffects = 100;  // of a label or a diagnosis
 constexpr double kLeastEnergy = 0.02;      // of the noise': below it there is no gain to have a share of

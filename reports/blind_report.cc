@@ -9,6 +9,7 @@
 #include "physics/catalogue.h"
 #include "reports/blind.h"
 #include "reports/json.h"
+#include "reports/json_text.h"
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
@@ -302,7 +303,7 @@ std::string to_json(const std::vector<BlindCase>& cases, const Context& context)
                  {"baselines", json_of(totals.baselines)},
                  {"cases", records},
                  {"context", Json::parse(to_json(context))}};
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(out);
 }
 
 std::string blind_page(const std::vector<BlindCase>& cases, const std::string& folder, const Context& context) {

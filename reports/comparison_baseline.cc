@@ -11,10 +11,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kTimingFloor = 1.10;    // factor: frequency and placement differ by as much from run to run
-constexpr double kSpreads = 3.0;         // of both runs' quartiles
-constexpr double kAccuracyFactor = 1.1;  // errors are deterministic on one machine; compilers move their last digits
-constexpr double kRounding = 1e-11;      // errors below are rounding's
+constexpr double kTimingFloor = 1.10;     // factor: frequency and placement differ by as much from run to run
+constexpr double kSpreads = 3.0;          // of both runs' quartiles
+constexpr double kAccuracyFactor = 1.1;   // errors are deterministic on one machine; compilers move their last digits
+constexpr double kErrorRounding = 1e-11;  // errors below are rounding's
 
 /// One figure of one run.
 struct Figure {
@@ -87,7 +87,7 @@ std::map<std::string, std::map<std::string, Figures>> figures_in(const Json& doc
 double limit_of(const Figure& before, const Figure& after) {
   if (!(before.value > 0.0) || !(after.value > 0.0)) return 0.0;
   if (!std::isfinite(before.value) || !std::isfinite(after.value)) return 0.0;
-  if (!before.timing) return std::max(before.value, after.value) > kRounding ? kAccuracyFactor : 0.0;
+  if (!before.timing) return std::max(before.value, after.value) > kErrorRounding ? kAccuracyFactor : 0.0;
   return std::max(kTimingFloor, 1.0 + kSpreads * (std::fabs(before.spread) + std::fabs(after.spread)));
 }
 

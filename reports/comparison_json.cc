@@ -4,6 +4,7 @@
 
 #include "reports/comparison.h"
 #include "reports/json.h"
+#include "reports/json_text.h"
 #include "compare/runner.h"
 
 namespace lacuna {
@@ -255,7 +256,7 @@ std::string to_json(const Comparison& comparison, const Baseline& baseline, cons
                  {"baseline", json_of(baseline)},
                  {"seconds", comparison.seconds},
                  {"context", Json::parse(to_json(context))}};
-  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(out);
 }
 
 }  // namespace lacuna

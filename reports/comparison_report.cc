@@ -19,8 +19,6 @@ Html code(const std::string& any) { return element("code", text(any)); }
 
 Html tick(bool yes) { return element("span", text(yes ? "yes" : "no"), yes ? "tag fine" : "tag warn"); }
 
-bool adaptive(const MethodResult& method) { return method.name == kAdaptiveMethod && !method.native; }
-
 std::string method_title(const MethodResult& method) { return method.native ? method.name : method.name + " (common)"; }
 
 /// "612", with the half width of its quartiles: "612 ± 8".
@@ -125,7 +123,7 @@ Html method_table(const ScenarioComparison& scenario) {
     for (const MethodResult& method : engine.methods) {
       if (!method.not_run.empty())
         left_out.push_back(fmt::format("{}, {}: {}", engine.engine, method.name, method.not_run));
-      if (!method.not_run.empty() || adaptive(method)) continue;
+      if (!method.not_run.empty() || method.adaptive()) continue;
       const std::string stable = quantity(1e3 * method.largest_stable_step, "ms", 3);
       table.row({text(engine.engine), text(method_title(method)), text(number(method.order_free, 3)),
                  text(number(method.order, 3)), text(number(method.trajectory_error, 3)),

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "reports/json_text.h"
+
 namespace lacuna {
 namespace {
 
@@ -198,8 +200,6 @@ Json json_of(const FitResult& fit) {
           {"seconds", fit.seconds}};
 }
 
-std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
-
 Json unexplained_of(const Unexplained& unexplained) {
   Json times = Json::array();
   for (const Misfit& m : unexplained.times) {
@@ -256,20 +256,20 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"notes", diagnosis.notes},
       {"seconds", diagnosis.seconds},
       {"context", json_of(context)}};
-  return text_of(out);
+  return json_text(out);
 }
 
-std::string to_json(const Context& context) { return text_of(json_of(context)); }
+std::string to_json(const Context& context) { return json_text(json_of(context)); }
 
 std::string to_json(std::span<const FitResult> fits, const std::string& scenario, const Context& context) {
   Json records = Json::array();
   for (const FitResult& fit : fits) records.push_back(json_of(fit));
-  return text_of({{"format", "lacuna-fit/1"},
-                  {"scenario", scenario},
-                  {"seed", context.seed},
-                  {"version", context.version},
-                  {"engines", records},
-                  {"context", json_of(context)}});
+  return json_text({{"format", "lacuna-fit/1"},
+                    {"scenario", scenario},
+                    {"seed", context.seed},
+                    {"version", context.version},
+                    {"engines", records},
+                    {"context", json_of(context)}});
 }
 
 std::string to_json(const FitResult& fit, const std::string& scenario, const Context& context) {

@@ -11,27 +11,27 @@ namespace {
 
 bool beyond_noise(const MissingEffort& m) { return m.p_value < kLocateError; }
 
-constexpr std::size_t kMost = 3;  // regions and quantities in the table; the JSON file has all
+constexpr std::size_t kMostShown = 3;  // regions and quantities in the table; the JSON file has all
 
 std::string region_words(const MissingEffort& m) {
   std::vector<std::string> out;
-  for (const RegionTest& r : std::span(m.regions).first(std::min(kMost, m.regions.size())))
+  for (const RegionTest& r : std::span(m.regions).first(std::min(kMostShown, m.regions.size())))
     out.push_back(fmt::format("{} ({:.1f} times the power)", r.region, r.ratio));
   return list_of(out);
 }
 std::string follows_words(const MissingEffort& m) {
   std::vector<std::string> out;
-  for (const FollowsTest& f : std::span(m.follows).first(std::min(kMost, m.follows.size())))
+  for (const FollowsTest& f : std::span(m.follows).first(std::min(kMostShown, m.follows.size())))
     out.push_back(fmt::format("{} (r = {:+.2f})", f.quantity, f.correlation));
   return list_of(out);
 }
 
 std::string change_words(const MissingEffort& m) {
   std::vector<std::string> out;
-  for (const EffortChange& c : std::span(m.changes).first(std::min(kMost, m.changes.size())))
+  for (const EffortChange& c : std::span(m.changes).first(std::min(kMostShown, m.changes.size())))
     out.push_back(fmt::format("{} of {}: {} to {} V", quantity(c.time, "s", 3), c.recording, number(c.before, 2),
                               number(c.after, 2)));
-  if (m.changes.size() > kMost) out.push_back(fmt::format("{} more", m.changes.size() - kMost));
+  if (m.changes.size() > kMostShown) out.push_back(fmt::format("{} more", m.changes.size() - kMostShown));
   return list_of(out);
 }
 

@@ -9,11 +9,11 @@
 namespace lacuna {
 namespace {
 
-constexpr double kTarget = 1e-4;     // rad (m), the accuracy at which computing times are compared
-constexpr double kAsGood = 1.1;      // figures within this factor of the best are as good
-constexpr double kRounding = 1e-10;  // relative: accelerations nearer than this are equally right
+constexpr double kTarget = 1e-4;                 // rad (m), the accuracy at which computing times are compared
+constexpr double kAsGood = 1.1;                  // figures within this factor of the best are as good
+constexpr double kAccelerationRounding = 1e-10;  // relative: accelerations nearer than this are equally right
 
-using Figure = std::function<double(const EngineComparison&)>;
+using Measure = std::function<double(const EngineComparison&)>;
 
 /// Engines that were asked for, in order.
 std::vector<std::string> engines_of(const Comparison& comparison) {
@@ -39,7 +39,7 @@ std::vector<const ScenarioComparison*> shared(const Comparison& comparison) {
 }
 
 std::vector<double> figures_of(const std::vector<const ScenarioComparison*>& scenarios, const std::string& name,
-                               const Figure& figure) {
+                               const Measure& figure) {
   std::vector<double> out;
   for (const ScenarioComparison* scenario : scenarios) {
     const EngineComparison* engine = scenario->find(name);
@@ -71,7 +71,7 @@ void choose(Recommendation& verdict, bool least, double enough = 0.0) {
 
 struct Question {
   const char *need, *measure;
-  Figure figure;
+  Measure figure;
   bool worst_of;  ///< over the scenarios, else the median
   bool least;     ///< is best
   double enough;  ///< figures below are all as good
@@ -121,7 +121,7 @@ std::vector<Question> questions() {
        [](const EngineComparison& e) { return e.forward_ns.median; }, false, true, 0.0,
        "one core, one parameter set at a time; Featherstone's SIMD lanes come on top and are not in this figure"},
       {"right accelerations", "largest relative error over the random states of all scenarios",
-       [](const EngineComparison& e) { return e.acceleration_error.value; }, true, true, kRounding,
+       [](const EngineComparison& e) { return e.acceleration_error.value; }, true, true, kAccelerationRounding,
        "against Featherstone's equations in extended precision; below 1e-10 all are called equal"},
       {"a motion to 1e-4 rad (m) by its own integrator", "ms of computing a second of motion, median over scenarios",
        [](const EngineComparison& e) { return time_to_target(e, true); }, false, true, 0.0,

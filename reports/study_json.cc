@@ -1,14 +1,13 @@
 #include <nlohmann/json.hpp>
 
 #include "reports/json.h"
+#include "reports/json_text.h"
 #include "reports/study.h"
 
 namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 Json json_of(const Quartiles& q) { return {{"median", q.median}, {"quartiles", {q.low, q.high}}}; }
 
@@ -212,12 +211,12 @@ Json json_of(const Design& d) {
 std::string to_json(std::span<const Study> studies, const Context& context) {
   Json records = Json::array();
   for (const Study& study : studies) records.push_back(json_of(study));
-  return text_of({{"format", "lacuna-study/1"},
-                  {"seed", context.seed},
-                  {"version", context.version},
-                  {"paper", cited()},
-                  {"scenarios", records},
-                  {"context", Json::parse(to_json(context))}});
+  return json_text({{"format", "lacuna-study/1"},
+                    {"seed", context.seed},
+                    {"version", context.version},
+                    {"paper", cited()},
+                    {"scenarios", records},
+                    {"context", Json::parse(to_json(context))}});
 }
 
 std::string to_json(const DesignResult& result, const std::string& scenario, const std::string& file,
@@ -225,17 +224,17 @@ std::string to_json(const DesignResult& result, const std::string& scenario, con
   Json recordings = Json::array(), history = Json::array();
   for (const Design& d : result.recordings) recordings.push_back(json_of(d));
   for (const GenerationRecord& g : result.history) history.push_back(g.best);
-  return text_of({{"format", "lacuna-excitation/1"},
-                  {"scenario", scenario},
-                  {"seed", context.seed},
-                  {"version", context.version},
-                  {"commands", file},
-                  {"best", json_of(result.best)},
-                  {"step", json_of(result.step)},
-                  {"recordings", recordings},
-                  {"evaluations", result.evaluations},
-                  {"history", history},
-                  {"context", Json::parse(to_json(context))}});
+  return json_text({{"format", "lacuna-excitation/1"},
+                    {"scenario", scenario},
+                    {"seed", context.seed},
+                    {"version", context.version},
+                    {"commands", file},
+                    {"best", json_of(result.best)},
+                    {"step", json_of(result.step)},
+                    {"recordings", recordings},
+                    {"evaluations", result.evaluations},
+                    {"history", history},
+                    {"context", Json::parse(to_json(context))}});
 }
 
 }  // namespace lacuna

@@ -26,11 +26,11 @@ std::vector<Excitation> chosen(std::span<const Excitation> excitations) {
 }
 
 /// Standard error over size from which on a number would say nothing.
-constexpr double kUndetermined = 10.0;
+constexpr double kUndeterminedError = 10.0;
 
 std::string error_words(const ParameterKnowledge& k) {
   if (!k.moves) return "moves nothing";
-  return k.relative_error < kUndetermined ? percent(k.relative_error) : "undetermined";
+  return k.relative_error < kUndeterminedError ? percent(k.relative_error) : "undetermined";
 }
 
 Html knowledge_table(std::span<const Excitation> excitations) {

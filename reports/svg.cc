@@ -14,7 +14,7 @@ constexpr double kLeft = 66.0, kRight = 14.0;  // px, one margin for all plots, 
 constexpr double kCharacter = 6.5;             // px, about, at the size of the labels
 constexpr char kDashes[] = " stroke-dasharray=\"5 4\"";
 
-struct Range {
+struct Span {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   void include(double value) {
     if (!std::isfinite(value)) return;
@@ -129,12 +129,12 @@ class Legend {
 };
 
 /// One plot's frame: where the axes lie, in px.
-class Frame {
+class PlotFrame {
  public:
-  Frame(const LinePlot& plot, double top) : plot_(plot), top_(top) {
+  PlotFrame(const LinePlot& plot, double top) : plot_(plot), top_(top) {
     bottom_ = plot.height - (plot.x_axis_labels ? 40.0 : 12.0);
     right_ = plot.width - kRight;
-    Range x, y;
+    Span x, y;
     for (const Curve& curve : plot.curves) {
       const std::size_t n = std::min(curve.x.size(), curve.y.size());
       for (std::size_t i = 0; i < n; ++i) {
@@ -237,7 +237,7 @@ class Frame {
   double top_, bottom_ = 0.0, right_ = 0.0;
 };
 
-std::string path_of(const Curve& curve, const Frame& frame) {
+std::string path_of(const Curve& curve, const PlotFrame& frame) {
   const std::size_t n = std::min(curve.x.size(), curve.y.size());
   std::string path, last;
   bool pen_down = false;
@@ -282,7 +282,7 @@ std::string bar_row(const Bar& bar, double left, double top, double text_x, cons
 
 Html to_svg(const LinePlot& plot) {
   const Legend legend(plot);
-  const Frame frame(plot, legend.height());
+  const PlotFrame frame(plot, legend.height());
   std::string content = frame.shading();
   for (const Curve& curve : plot.curves) content += path_of(curve, frame);
   content += frame.band_edges();
@@ -293,7 +293,7 @@ Html to_svg(const LinePlot& plot) {
 Html to_svg(const BarChart& chart) {
   constexpr double kRow = 22.0, kValues = 130.0;
   std::size_t longest = 0;
-  Range range;
+  Span range;
   range.include(0.0);
   for (const Bar& bar : chart.bars) {
     longest = std::max(longest, std::min<std::size_t>(characters(bar.label), 39));

@@ -14,7 +14,7 @@
 namespace lacuna {
 namespace {
 
-const char* const kFormat = "lacuna-scenario/1";
+const char* const kScenarioFormat = "lacuna-scenario/1";
 constexpr std::array kKinds{ChannelKind::command, ChannelKind::position,   ChannelKind::velocity,
                             ChannelKind::effort,  ChannelKind::pressure_a, ChannelKind::pressure_b};
 constexpr std::array kRoles{Role::train, Role::validate, Role::test};
@@ -65,7 +65,7 @@ void ScenarioParser::parse_head() {
   root_.expect_keys({"format", "name", "robot", "gravity", "sample_period", "total_mass", "actuators", "identify",
                      "channels", "noise", "recordings", "effects", "prediction", "motion"});
   const YamlCursor format = root_.at("format");
-  if (format.text() != kFormat) format.fail(kFormat);
+  if (format.text() != kScenarioFormat) format.fail(kScenarioFormat);
   out_.name = root_.at("name").text();
   if (const auto gravity = root_.find("gravity")) {
     const auto parts = gravity->items();

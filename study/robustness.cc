@@ -16,7 +16,7 @@
 namespace lacuna {
 namespace {
 
-constexpr std::array<const char*, 4> kNames = {"ga_norm_inf", "ga_norm_1", "ga_norm_2", "ga_lsq"};
+constexpr std::array<const char*, 4> kSearchers = {"ga_norm_inf", "ga_norm_1", "ga_norm_2", "ga_lsq"};
 constexpr std::array<const char*, 4> kTitles = {"GA, infinity norm", "GA, one-norm", "GA, two-norm",
                                                 "GA, then least squares"};
 /// Uses of random draws: each has streams of its own.
@@ -52,7 +52,7 @@ std::vector<Condition> robustness_conditions() {
           {"truth_at_bound", "truth in a corner of the bounds", 1.0, 0.0, 0.0, Bounds::truth_at_corner}};
 }
 
-const char* to_string(Searcher searcher) { return kNames[static_cast<std::size_t>(searcher)]; }
+const char* to_string(Searcher searcher) { return kSearchers[static_cast<std::size_t>(searcher)]; }
 std::string title_of(Searcher searcher) { return kTitles[static_cast<std::size_t>(searcher)]; }
 std::vector<Searcher> all_searchers() {
   return {Searcher::ga_norm_inf, Searcher::ga_norm_1, Searcher::ga_norm_2, Searcher::ga_lsq};

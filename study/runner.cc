@@ -14,10 +14,8 @@
 namespace lacuna {
 namespace {
 
-using Json = nlohmann::json;
-constexpr const char* kFormat = "lacuna-study-checkpoint/1";
-
-double number(const Json& text) { return std::strtod(text.get_ref<const std::string&>().c_str(), nullptr); }
+using Json = nlohmann::ordered_json;
+constexpr const char* kStudyCheckpoint = "lacuna-study-checkpoint/1";
 
 Json to_json(const std::string& key, const SearchRun& run) {
   Json point = Json::array(), curve = Json::array();
@@ -36,18 +34,18 @@ Json to_json(const std::string& key, const SearchRun& run) {
 
 SearchRun run_from(const Json& line) {
   SearchRun run;
-  for (const Json& x : line.at("point")) run.point.push_back(number(x));
-  run.cost = number(line.at("cost"));
+  for (const Json& x : line.at("point")) run.point.push_back(exact_number(x));
+  run.cost = exact_number(line.at("cost"));
   run.evaluations = line.at("evaluations");
-  for (const Json& entry : line.at("curve")) run.curve.push_back({entry.at(0), number(entry.at(1))});
-  run.seconds = number(line.at("seconds"));
+  for (const Json& entry : line.at("curve")) run.curve.push_back({entry.at(0), exact_number(entry.at(1))});
+  run.seconds = exact_number(line.at("seconds"));
   const Json& e = line.at("errors");
-  run.errors = {number(e.at(0)), number(e.at(1)), number(e.at(2)), number(e.at(3))};
+  run.errors = {exact_number(e.at(0)), exact_number(e.at(1)), exact_number(e.at(2)), exact_number(e.at(3))};
   return run;
 }
 
 std::string head_of(const std::string& problem) {
-  return Json{{"format", kFormat}, {"problem", problem}}.dump() + "\n";
+  return Json{{"format", kStudyCheckpoint}, {"problem", problem}}.dump() + "\n";
 }
 
 }  // namespace
@@ -63,7 +61,7 @@ void StudyRunner::restore() {
     std::string line;
     std::getline(in, line);
     const Json head = Json::parse(line, nullptr, false);
-    if (!head.is_object() || head.value("format", "") != kFormat)
+    if (!head.is_object() || head.value("format", "") != kStudyCheckpoint)
       throw InputError(options_.checkpoint.string(), "no checkpoint of a study", "one; remove the file to start anew");
     if (head.value("problem", "") != options_.problem)
       throw InputError(options_.checkpoint.string(), "the checkpoint of another scenario, recording or option",
@@ -73,7 +71,7 @@ void StudyRunner::restore() {
       if (!entry.is_object()) break;  // cut off by a crash
       try {
         done_[entry.at("key")] = run_from(entry);
-      } catch (const Json::exception&) {
+      } catch (const std::exception&) {
         break;
       }
       whole += line + "\n";

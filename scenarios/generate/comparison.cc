@@ -9,7 +9,7 @@ namespace {
 const std::vector<int> kSeven{1, 2, 3, 4, 5, 6, 7};
 constexpr int kCommandSamples = 401;  // 4 s
 
-std::string head(const std::string& name, const std::string& comment) {
+std::string preamble(const std::string& name, const std::string& comment) {
   return fmt::format(
       "# {}\n# Written by lacuna_generate_scenarios; change scenarios/generate/comparison.cc.\n"
       "format: lacuna-scenario/1\nname: {}\nrobot: robot.urdf\ngravity: [0.0, 0.0, -9.81]\n",
@@ -19,7 +19,7 @@ std::string head(const std::string& name, const std::string& comment) {
 /// A folder with its robot. `body`: the scenario after its head.
 void add(Files& files, const std::string& name, const Robot& robot, const std::string& comment,
          const std::string& body) {
-  files["compare/" + name + "/scenario.yaml"] = head(name, comment) + body;
+  files["compare/" + name + "/scenario.yaml"] = preamble(name, comment) + body;
   files["compare/" + name + "/robot.urdf"] = commented_urdf(robot, comment);
 }
 

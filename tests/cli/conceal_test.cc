@@ -11,11 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::vector<std::string> conceal(const Arm& arm, const fs::path& out, std::vector<std::string> more = {}) {
   std::vector<std::string> line{"conceal", arm.scenario(), "-o", out.string(), "--engine", "featherstone"};
   line.insert(line.end(), more.begin(), more.end());

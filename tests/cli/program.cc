@@ -19,11 +19,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// Of the recordings, degrees: 3e-4 rad, as the scenario says.
 constexpr double kNoise = 3e-4 / 0.017453292519943295;
 
@@ -101,7 +96,20 @@ nlohmann::json json_of(const Outcome& outcome) {
   return nlohmann::json::parse(outcome.out, nullptr, false);
 }
 
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 nlohmann::json json_file(const fs::path& file) { return nlohmann::json::parse(text_of(file), nullptr, false); }
+
+nlohmann::json numbers_of(const fs::path& file) {
+  auto record = json_file(file);
+  for (const char* key : {"seconds", "context"}) record.erase(key);
+  if (record.contains("engines"))
+    for (auto& engine : record.at("engines")) engine.erase("seconds");
+  return record;
+}
 
 std::vector<nlohmann::json> engine_records() { return json_of(lacuna({"engines", "--json"})).at("engines"); }
 

@@ -14,6 +14,8 @@
 
 namespace lacuna::test {
 
+inline constexpr int kBadInput = 2, kNotDone = 3;  ///< exit codes (docs/formats.md)
+
 struct Outcome {
   int code = -1;  ///< exit code; 128 + signal where a signal ended it
   std::string out, err;
@@ -47,6 +49,9 @@ void expect_refused(const Outcome& outcome, int code, const std::string& part);
 /// The standard output of a run that must succeed.
 nlohmann::json json_of(const Outcome& outcome);
 nlohmann::json json_file(const std::filesystem::path& file);
+/// Of a record what must not depend on threads, ranks, interruptions or the clock.
+nlohmann::json numbers_of(const std::filesystem::path& file);
+std::string text_of(const std::filesystem::path& file);
 /// What `lacuna engines --json` says of each.
 std::vector<nlohmann::json> engine_records();
 

@@ -53,15 +53,6 @@ class Job : public testing::Test {
   Arm arm_;
 };
 
-/// What must not depend on ranks, interruptions or the clock.
-nlohmann::json numbers_of(const fs::path& file) {
-  auto record = json_file(file);
-  for (const char* key : {"seconds", "context"}) record.erase(key);
-  if (record.contains("engines"))
-    for (auto& engine : record.at("engines")) engine.erase("seconds");
-  return record;
-}
-
 /// Of the launcher's two children the one that is rank 1; 0 if there is none (any more).
 pid_t second_rank(pid_t launcher) {
   const std::string id = std::to_string(launcher);

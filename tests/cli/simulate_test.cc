@@ -5,8 +5,6 @@
 namespace lacuna::test {
 namespace {
 
-constexpr int kBadInput = 2;
-
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double worst = a.size() == b.size() && !a.empty() ? 0.0 : HUGE_VAL;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) worst = std::max(worst, std::fabs(a[i] - b[i]));

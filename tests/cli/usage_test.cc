@@ -8,8 +8,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr int kBadInput = 2, kNotDone = 3;
-
 TEST(Usage, HelpAndVersionAreNoFailures) {
   EXPECT_THAT(lacuna({"--version"}).out, HasSubstr("lacuna "));
   const Outcome help = lacuna({"--help"});

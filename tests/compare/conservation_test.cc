@@ -4,12 +4,10 @@
 
 #include <cmath>
 
+#include "tests/compare/scenarios.h"
+
 namespace lacuna::test {
 namespace {
-
-Scenario bundled(const std::string& name) {
-  return load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/compare/" + name + "/scenario.yaml");
-}
 
 /// A pendulum of 1 kg and 1 m that was left alone, written down by hand.
 TEST(EnergyDrift, IsTheLargestChangeOverTheLargestKineticEnergy) {
@@ -26,7 +24,7 @@ TEST(EnergyDrift, IsTheLargestChangeOverTheLargestKineticEnergy) {
 }
 
 TEST(JointDrift, IsOfBodiesOnlyAndErpPullsItBack) {
-  const Scenario scenario = bundled("free_swing");
+  const Scenario scenario = compared_scenario("free_swing");
   const Motion motion = free_motion_of(scenario, motion_of(scenario, 3.0), 0.5, true, 1);
   for (const Engine* engine : engines()) {
     if (!engine->info().available) continue;
@@ -43,7 +41,7 @@ TEST(JointDrift, IsOfBodiesOnlyAndErpPullsItBack) {
 }
 
 TEST(JointGap, OfARobotAtRestIsNone) {
-  const Scenario scenario = bundled("cartpole");
+  const Scenario scenario = compared_scenario("cartpole");
   for (const Engine* engine : engines()) {
     if (!engine->info().available) continue;
     const auto dynamics = engine->build(scenario.robot, Eigen::Vector3d::Zero());

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "backends/engine.h"
+#include "tests/compare/scenarios.h"
 #include "tests/scenarios/support.h"
 
 namespace lacuna::test {
@@ -13,10 +14,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-Scenario bundled(const std::string& name) {
-  return load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/compare/" + name + "/scenario.yaml");
-}
 
 TEST(Motion, OfABareRobotStartsEveryJointAtARadian) {
   const Scenario scenario = load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/cartpole/scenario.yaml");
@@ -28,7 +25,7 @@ TEST(Motion, OfABareRobotStartsEveryJointAtARadian) {
 }
 
 TEST(Motion, FollowsTheCommandsThatTheScenarioNames) {
-  const Motion motion = motion_of(bundled("arm_step"), 1.0);
+  const Motion motion = motion_of(compared_scenario("arm_step"), 1.0);
   EXPECT_TRUE(motion.commanded);
   EXPECT_DOUBLE_EQ(motion.duration(), 4.0) << "stated, so not cut to a second";
   EXPECT_EQ(motion.phases.front().segment.q0[1], 0.4);
@@ -37,7 +34,7 @@ TEST(Motion, FollowsTheCommandsThatTheScenarioNames) {
 }
 
 TEST(Motion, ItsFirstSecondsAreThoseOfTheWhole) {
-  const Motion whole = motion_of(bundled("pickup"), 5.0);
+  const Motion whole = motion_of(compared_scenario("pickup"), 5.0);
   ASSERT_EQ(whole.phases.size(), 2u);
   const Motion start = whole.first(0.3), all = whole.first(99.0);
   EXPECT_EQ(start.phases.size(), 1u);
@@ -49,14 +46,14 @@ TEST(Motion, ItsFirstSecondsAreThoseOfTheWhole) {
 }
 
 TEST(Motion, WithoutReadings) {
-  Scenario scenario = bundled("free_swing");
+  Scenario scenario = compared_scenario("free_swing");
   scenario.effects.push_back({"sensor_offset", "joint_2", {{"o", 0.3}}, {}, "here"});
   EXPECT_TRUE(motion_of(scenario, 1.0).model.effects().empty());
 }
 
 // A mass at rest has no momentum: what the joints carry before, they carry after.
 TEST(Pickup, KeepsTheJointsMomenta) {
-  const Motion motion = motion_of(bundled("pickup"), 5.0);
+  const Motion motion = motion_of(compared_scenario("pickup"), 5.0);
   const std::vector<double> q{0.1, 0.5, -0.4, 0.2, 0.3, 0.0}, v{0.5, -1.0, 0.7, 0.2, -0.4, 1.0};
   const auto &before = motion.phases[0].values, &after = motion.phases[1].values;
   const std::vector<double> slower = speeds_after_pickup(motion.model, before, after, q, v);
@@ -76,13 +73,13 @@ TEST(Pickup, KeepsTheJointsMomenta) {
 }
 
 TEST(Pickup, OfAPlantWithStatesIsRefused) {
-  Scenario scenario = bundled("pickup");
+  Scenario scenario = compared_scenario("pickup");
   scenario.effects.push_back({"joint_compliance", "joint_2", {}, {}, "here"});
   EXPECT_THROW(motion_of(scenario, 5.0), InputError);
 }
 
 TEST(Pickup, AfterTheEndIsRefused) {
-  Scenario scenario = bundled("pickup");
+  Scenario scenario = compared_scenario("pickup");
   scenario.motion->pickup_time = 9.0;
   try {
     motion_of(scenario, 5.0);
@@ -93,7 +90,7 @@ TEST(Pickup, AfterTheEndIsRefused) {
 }
 
 TEST(FreeMotion, HasSpeedButNoDrive) {
-  const Scenario scenario = bundled("arm_step");
+  const Scenario scenario = compared_scenario("arm_step");
   const Motion motion = motion_of(scenario, 5.0);
   const Motion free = free_motion_of(scenario, motion, 1.0, true, 1),
                again = free_motion_of(scenario, motion, 1.0, true, 1),

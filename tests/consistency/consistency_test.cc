@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "scenarios/error.h"
+#include "tests/compare/scenarios.h"
 #include "tests/conformance/worst.h"
 #include "compare/accuracy.h"
 #include "compare/agreement.h"
@@ -39,10 +40,6 @@ const std::vector<std::string> kScenarios{
     "arm_multisine",  "arm_staircase",  "arm_step", "cartpole",       "double_pendulum", "free_swing", "long_chain_002",
     "long_chain_010", "long_chain_030", "pickup",   "spinning_wrist", "stick_slip",      "stiff_joint"};
 
-Scenario bundled(const std::string& name) {
-  return load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/compare/" + name + "/scenario.yaml");
-}
-
 /// The first quarter of a second; of the pickup the quarter about it.
 Motion short_motion(const Scenario& scenario) {
   Scenario early = scenario;
@@ -62,7 +59,7 @@ class Consistency : public testing::TestWithParam<std::tuple<const char*, std::s
 };
 
 TEST_P(Consistency, AccelerationsAndPosesAreFeatherstones) {
-  const Motion motion = short_motion(bundled(name()));
+  const Motion motion = short_motion(compared_scenario(name()));
   EngineComparison found;
   found.engine = engine();
   measure_agreement(motion, 1, 1, nullptr, found, kStates);
@@ -76,7 +73,7 @@ TEST_P(Consistency, AccelerationsAndPosesAreFeatherstones) {
 }
 
 TEST_P(Consistency, TheCommonMethodFollowsTheReferee) {
-  const Motion motion = short_motion(bundled(name()));
+  const Motion motion = short_motion(compared_scenario(name()));
   const Referee referee = make_referee(motion, 1, nullptr);
   ASSERT_EQ(referee.trusted, referee.times.size()) << name() << ": the referee is not sure of itself";
   const double step = common_step(motion);
@@ -94,7 +91,7 @@ TEST_P(Consistency, TheCommonMethodFollowsTheReferee) {
 }
 
 TEST_P(Consistency, FreeMotionKeepsEnergyAndMomentum) {
-  const Scenario scenario = bundled(name());
+  const Scenario scenario = compared_scenario(name());
   const Motion motion = motion_of(scenario, 5.0);
   const Motion falling = free_motion_of(scenario, motion, kSeconds, true, 1),
                floating = free_motion_of(scenario, motion, kSeconds, false, 1);
@@ -108,7 +105,7 @@ TEST_P(Consistency, FreeMotionKeepsEnergyAndMomentum) {
 }
 
 TEST_P(Consistency, EveryIntegratorRepeatsAndRestoresBitByBit) {
-  const Scenario scenario = bundled(name());
+  const Scenario scenario = compared_scenario(name());
   const Motion motion = free_motion_of(scenario, motion_of(scenario, 5.0), 0.064, true, 1);
   for (const Method& method : methods_of(engine())) {
     if (!method.native && method.name == kAdaptiveMethod) continue;
@@ -134,7 +131,7 @@ TEST_P(NativeOrder, IsWhatTheIntegratorClaims) {
                                              {"runge_kutta_feldberg", 4},
                                              {"runge_kutta_3", 3},
                                              {"quickstep", 0}};  // quickstep stops its sweeps early
-  const Scenario scenario = bundled(name);
+  const Scenario scenario = compared_scenario(name);
   const Motion motion = free_motion_of(scenario, motion_of(scenario, 5.0), kSeconds, true, 1);
   const Referee referee = make_referee(motion, 1, nullptr);
   for (const std::string& integrator : info.native_integrators) {
@@ -168,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Bundled, NativeOrder,
 
 // MuJoCo's XML reader stops at some 95 bodies in a row: refused in words, never a crash; all others hold the chain.
 TEST(LongChain, IsHeldOrRefusedInWords) {
-  const Scenario scenario = bundled("long_chain_100");
+  const Scenario scenario = compared_scenario("long_chain_100");
   for (const Engine* engine : engines()) {
     if (!engine->info().available) continue;
     try {
@@ -183,7 +180,7 @@ TEST(LongChain, IsHeldOrRefusedInWords) {
 
 // The one test of what the pickup must keep lies in tests/compare; here: that it changes the motion, and alike.
 TEST(PickupConsistency, ChangesTheMotionOnEveryEngineAlike) {
-  Scenario scenario = bundled("pickup");
+  Scenario scenario = compared_scenario("pickup");
   const Motion with = motion_of(scenario, 5.0).first(0.9);
   scenario.motion->pickup_mass.reset();
   const Motion without = motion_of(scenario, 5.0).first(0.9);

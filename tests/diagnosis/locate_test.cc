@@ -16,10 +16,10 @@ namespace {
 
 using namespace test;
 
-constexpr double kNoise = 3e-4, kPeriod = 0.01, kFriction = 0.4;  // rad, s, N m
+constexpr double kAngleNoise = 3e-4, kPeriod = 0.01, kFriction = 0.4;  // rad, s, N m
 
 /// The double pendulum, its recordings made by another engine with what `concealed` adds.
-Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kNoise) {
+Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kAngleNoise) {
   const std::map<std::string, double> p{{"gain", 4.0}, {"damping", 1.0}, {"stiffness", 8.0}, {"rest", 0.2}};
   const auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
   Scenario scenario =
@@ -29,13 +29,13 @@ Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kNois
   const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
   add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start,
                                               available_engines().back(), "train.csv", noise, 3));
-  for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kNoise;
+  for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kAngleNoise;
   return scenario;
 }
 
 std::vector<MissingEffort> located(const Scenario& scenario) {
   const PlantModel model(scenario);
-  const CurrentModel current{model, SearchSpace(model, scenario), {kNoise, kNoise}, {}};
+  const CurrentModel current{model, SearchSpace(model, scenario), {kAngleNoise, kAngleNoise}, {}};
   return missing_efforts(current, scenario, on("featherstone", 0.002), 1);
 }
 
@@ -84,7 +84,7 @@ TEST(MissingEffort, KnowsSlowNoiseByItsDifferences) {
     RandomStream random(5, column[2], 0);
     double x = random.normal();
     for (double& q : data->columns[static_cast<std::size_t>(data->find(column))]) {
-      q += kNoise * x;
+      q += kAngleNoise * x;
       x = kKept * x + std::sqrt(1.0 - kKept * kKept) * random.normal();
     }
   }

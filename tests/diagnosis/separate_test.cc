@@ -15,13 +15,13 @@ namespace {
 
 using namespace test;
 
-constexpr double kNoise = 1e-3, kDelay = 0.01, kStep = 0.005;  // rad, s, s
+constexpr double kReadingNoise = 1e-3, kDelay = 0.01, kStep = 0.005;  // rad, s, s
 const std::vector<std::string> kFree{"gain", "damping", "stiffness"};
 
 /// A delay on slow sines, found with a lag as its rival.
 struct Merged {
   Merged()
-      : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, kFree, kNoise,
+      : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, kFree, kReadingNoise,
                                   {effect("input_delay", "swing", {{"T", kDelay}})}, 8.0, available_engines().back())),
         model(scenario),
         experiment(make_experiment(scenario)),
@@ -52,7 +52,7 @@ struct Merged {
 
 /// Squares over noise that are left of the train segments, re-identified.
 double energy_left(CurrentModel model, const Experiment& experiment) {
-  Problem problem(model.model, experiment, model.space, on("featherstone", kStep), {kNoise});
+  Problem problem(model.model, experiment, model.space, on("featherstone", kStep), {kReadingNoise});
   LeastSquaresOptions options;
   options.polish = false;
   return solve_least_squares(problem, model.fit.point, experiment.with_role(Role::train), options).sum_of_squares;
@@ -82,7 +82,7 @@ TEST(Separate, ProposesAMotionThatGivesTheEvidenceItPromises) {
       seen_motion(moved, segment, segment.measured, recorded_limits(model.robot(), merged.experiment));
   EXPECT_EQ(seen.beyond, 0.0) << "within the limits of the recordings";
   RandomStream noise(17, 0, 0);
-  for (double& q : segment.measured[0]) q += kNoise * noise.normal();
+  for (double& q : segment.measured[0]) q += kReadingNoise * noise.normal();
   more.segments.push_back(segment);
 
   CurrentModel rival = extended(*merged.plain, merged.experiment, {"actuator_lag", "swing", {}, {}, "test"},

@@ -13,7 +13,7 @@
 namespace lacuna {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using test::infinity;
 
 RunIdentity some_identity() { return {"tester", {{"seed", "1"}, {"rate", exact_text(0.05)}}, {{0}, {1}, {"x"}}, "p"}; }
 

@@ -9,12 +9,14 @@
 #include <vector>
 
 #include "ga/random.h"
+#include "tests/ga/test_problems.h"
 
 namespace lacuna {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+using test::infinity;
+using test::not_a_number;
+
 constexpr Fitness all[] = {Fitness::norm_1,          Fitness::norm_1_relative, Fitness::norm_2,
                            Fitness::norm_2_relative, Fitness::norm_inf,        Fitness::norm_inf_relative};
 

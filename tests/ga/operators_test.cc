@@ -9,11 +9,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "tests/ga/test_problems.h"
+
 namespace lacuna {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+using test::infinity;
+using test::not_a_number;
 
 /// How often each individual is picked in `draws` draws.
 std::vector<int> frequencies(const Selector& selector, std::size_t size, int draws) {

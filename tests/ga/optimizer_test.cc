@@ -8,13 +8,14 @@
 #include <string>
 
 #include "ga/random.h"
+#include "tests/ga/test_problems.h"
 
 namespace lacuna {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using test::infinity;
 
-std::string refusal(const Box& box) {
+std::string box_refusal(const Box& box) {
   try {
     validate(box);
   } catch (const std::invalid_argument& error) {
@@ -24,12 +25,12 @@ std::string refusal(const Box& box) {
 }
 
 TEST(Box, RefusesWhatCannotBeSearchedAndNamesTheParameter) {
-  EXPECT_EQ(refusal({{0, 0}, {1, 1}, {"a", "b"}}), "");
-  EXPECT_NE(refusal({}).find("no parameter"), std::string::npos);
-  EXPECT_NE(refusal({{0, 0}, {1}, {}}).find("equal numbers"), std::string::npos);
-  EXPECT_NE(refusal({{0, 2}, {1, 2}, {"gain", "mass"}}).find("mass has bounds [2, 2]"), std::string::npos);
-  EXPECT_NE(refusal({{0}, {std::nan("")}, {}}).find("parameter 0"), std::string::npos);
-  EXPECT_NE(refusal({{-1.7e308}, {1.7e308}, {}}).find("finite"), std::string::npos);
+  EXPECT_EQ(box_refusal({{0, 0}, {1, 1}, {"a", "b"}}), "");
+  EXPECT_NE(box_refusal({}).find("no parameter"), std::string::npos);
+  EXPECT_NE(box_refusal({{0, 0}, {1}, {}}).find("equal numbers"), std::string::npos);
+  EXPECT_NE(box_refusal({{0, 2}, {1, 2}, {"gain", "mass"}}).find("mass has bounds [2, 2]"), std::string::npos);
+  EXPECT_NE(box_refusal({{0}, {std::nan("")}, {}}).find("parameter 0"), std::string::npos);
+  EXPECT_NE(box_refusal({{-1.7e308}, {1.7e308}, {}}).find("finite"), std::string::npos);
 }
 
 TEST(Diversity, IsOneForAUniformPopulationAndZeroForEqualPoints) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <string>
@@ -20,6 +21,9 @@ using PointCost = std::function<double(const std::vector<double>&)>;
 
 /// Nine parameters like the seed's; the minima lie off the middle of the box.
 inline Box nine_box() { return {std::vector<double>(9, -4.0), std::vector<double>(9, 6.0), {}}; }
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
 inline constexpr double optimum = 0.7;
 
 inline double sphere(const std::vector<double>& x) {

@@ -13,7 +13,7 @@ using namespace test;
 
 constexpr double kFineStep = 2.5e-4;  // s, of the rollout
 // rad. Kinks (dead zones, stops, bristles) cost the rollout its order; what is left at this step lies far below any noise.
-constexpr double kAgreement = 1e-5;
+constexpr double kEngineAgreement = 1e-5;
 
 TruthOptions on_featherstone() {
   TruthOptions options;
@@ -70,7 +70,7 @@ TEST(Truth, AgreesWithTheRolloutForEveryEffect) {
   const Scenario scenario = two_rods();
   const Experiment moved = moved_by_the_truth(scenario);
   for (const EffectInfo& info : effect_table())
-    EXPECT_LT(disagreement(with_typical(scenario, info, moved), moved, "featherstone"), kAgreement) << info.name;
+    EXPECT_LT(disagreement(with_typical(scenario, info, moved), moved, "featherstone"), kEngineAgreement) << info.name;
 }
 
 TEST(Truth, EnginesAgreeThroughFriction) {
@@ -79,7 +79,8 @@ TEST(Truth, EnginesAgreeThroughFriction) {
   const PlantModel model(scenario);
   // ODE's accelerations are derived from a tiny step.
   for (const std::string& engine : available_engines())
-    EXPECT_LT(disagreement(model, make_experiment(scenario), engine), engine == "ode" ? 1e-4 : kAgreement) << engine;
+    EXPECT_LT(disagreement(model, make_experiment(scenario), engine), engine == "ode" ? 1e-4 : kEngineAgreement)
+        << engine;
 }
 
 TEST(Truth, StartsAtRestWhereThePlantRests) {

@@ -55,7 +55,7 @@ EngineComparison engine(const std::string& name, double ns) {
   return out;
 }
 
-Comparison sample() {
+Comparison sample_comparison() {
   Comparison out;
   ScenarioComparison scenario;
   scenario.name = "<script>alert('x')</script>";
@@ -87,7 +87,7 @@ nlohmann::json parsed(const Comparison& comparison) {
 }
 
 TEST(ComparisonJson, HasWhatTheFormatAsksOfEveryEngine) {
-  const auto json = parsed(sample());
+  const auto json = parsed(sample_comparison());
   ASSERT_EQ(json.at("engines").size(), 3u);
   const auto& mujoco = json.at("engines")[1];
   EXPECT_EQ(mujoco.at("engine"), "mujoco");
@@ -101,7 +101,7 @@ TEST(ComparisonJson, HasWhatTheFormatAsksOfEveryEngine) {
 }
 
 TEST(ComparisonJson, SaysWhyAnEngineIsMissingAndNeverWritesNan) {
-  const std::string text = to_json(sample(), Baseline{}, Context{});
+  const std::string text = to_json(sample_comparison(), Baseline{}, Context{});
   EXPECT_EQ(text.find("nan"), std::string::npos);
   EXPECT_EQ(text.find("inf\n"), std::string::npos);
   const auto json = nlohmann::json::parse(text);
@@ -112,7 +112,7 @@ TEST(ComparisonJson, SaysWhyAnEngineIsMissingAndNeverWritesNan) {
 }
 
 TEST(ComparisonPage, EscapesAndPutsTheVerdictFirst) {
-  const Comparison comparison = sample();
+  const Comparison comparison = sample_comparison();
   const std::string page = comparison_page(comparison, {}, Context{}, {});
   EXPECT_EQ(page.find("<script"), std::string::npos);
   EXPECT_EQ(page.find("<note>"), std::string::npos);
@@ -124,7 +124,7 @@ TEST(ComparisonPage, EscapesAndPutsTheVerdictFirst) {
 
 // Every number of the verdict's table stands in the JSON, from which the page's reader can trace it.
 TEST(ComparisonPage, ShowsTheFiguresOfTheJson) {
-  const auto json = parsed(sample());
+  const auto json = parsed(sample_comparison());
   for (const auto& verdict : json.at("verdict")) {
     EXPECT_FALSE(verdict.at("best").empty());
     EXPECT_FALSE(verdict.at("measure").get<std::string>().empty());
@@ -135,7 +135,7 @@ TEST(ComparisonPage, ShowsTheFiguresOfTheJson) {
 }
 
 TEST(Recommendations, NameAllThatAreAsGood) {
-  Comparison comparison = sample();
+  Comparison comparison = sample_comparison();
   comparison.scenarios[0].engines[1].forward_ns = about(105.0);  // within ten per cent of 100
   const auto all = recommendations(comparison);
   EXPECT_EQ(all.front().best, (std::vector<std::string>{"featherstone", "mujoco"}));
@@ -144,15 +144,15 @@ TEST(Recommendations, NameAllThatAreAsGood) {
 }
 
 TEST(Baseline, OfTheSameFiguresHasNoChange) {
-  const Comparison comparison = sample();
+  const Comparison comparison = sample_comparison();
   const Baseline same = changes_since(to_json(comparison, {}, Context{}), "old.json", comparison);
   EXPECT_GT(same.compared, 10u);
   EXPECT_TRUE(same.changes.empty());
 }
 
 TEST(Baseline, MarksWhatExceedsTheNoiseAndNothingElse) {
-  const Comparison old = sample();
-  Comparison now = sample();
+  const Comparison old = sample_comparison();
+  Comparison now = sample_comparison();
   EngineComparison& mujoco = now.scenarios[0].engines[1];
   mujoco.forward_ns = about(404.0);                    // one per cent: noise
   mujoco.methods[1].ns_per_step = about(2.0 * 800.0);  // twice
@@ -169,19 +169,19 @@ TEST(Baseline, MarksWhatExceedsTheNoiseAndNothingElse) {
 
 // All timings half again as long: the machine was busy, no engine changed.
 TEST(Baseline, ASlowerMachineIsNoChange) {
-  Comparison now = sample();
+  Comparison now = sample_comparison();
   for (EngineComparison& one : now.scenarios[0].engines) {
     if (!one.available) continue;
     for (Timing* timing : {&one.forward_ns, &one.set_inertial_ns, &one.build_us}) *timing = about(1.5 * timing->median);
     for (MethodResult& m : one.methods) m.ns_per_step = about(1.5 * m.ns_per_step.median);
   }
-  EXPECT_TRUE(changes_since(to_json(sample(), {}, Context{}), "old.json", now).changes.empty());
+  EXPECT_TRUE(changes_since(to_json(sample_comparison(), {}, Context{}), "old.json", now).changes.empty());
 }
 
 TEST(Baseline, ThatIsNoneIsRefused) {
   for (const char* text : {"", "{", "[]", "{}", "{\"format\": \"lacuna-fit/1\"}", "{\"format\": \"lacuna-compare/1\"}",
                            "{\"format\": \"lacuna-compare/1\", \"scenarios\": [3]}"})
-    EXPECT_THROW(changes_since(text, "old.json", sample()), InputError) << text;
+    EXPECT_THROW(changes_since(text, "old.json", sample_comparison()), InputError) << text;
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ SettingRecord setting(const std::string& key, const std::string& title, Fitness 
 }
 
 /// A study of every part, its names hostile.
-Study sample() {
+Study sample_study() {
   Study out;
   out.scenario = "<script>alert(1)</script>";
   out.parameters = {"a<b", "c&d"};
@@ -73,7 +73,7 @@ Study sample() {
 }
 
 TEST(StudyPage, CarriesEveryPartAndEscapesWhatComesFromInput) {
-  const Study study = sample();
+  const Study study = sample_study();
   const std::string page = study_page(std::span(&study, 1), make_context(1, 2, "lacuna study"));
   EXPECT_THAT(page, Not(HasSubstr("<script>")));
   EXPECT_THAT(page, Not(HasSubstr("a<b")));
@@ -95,7 +95,7 @@ TEST(StudyPage, HoldsNoSectionsOfWhatWasLeftOut) {
 }
 
 TEST(StudyRecord, HoldsFiniteNumbersOrNull) {
-  const Study study = sample();
+  const Study study = sample_study();
   const auto record = nlohmann::json::parse(to_json(std::span(&study, 1), make_context(3, 2, "lacuna study")));
   EXPECT_EQ(record.at("format"), "lacuna-study/1");
   const auto& one = record.at("scenarios")[0];
@@ -113,7 +113,7 @@ DesignResult designed() {
     d->name = "<b>both</b>";
     d->commands = {{0.0, 0.1, 0.2}, {{0.0, 1.0, 0.0}}};
     d->log_det = d == &out.best ? 12.0 : 3.0;
-    d->excitation = sample().identifiability.front();
+    d->excitation = sample_study().identifiability.front();
     d->peak_command = {1.0};
     d->peak_speed = d->lowest = d->highest = {0.5};
   }

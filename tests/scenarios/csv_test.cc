@@ -23,7 +23,7 @@ std::shared_ptr<const Recording> load(const std::string& text) {
   return load_recording(folder.write("run.csv", text), "run.csv");
 }
 
-std::string refusal(const std::string& text) {
+std::string csv_refusal(const std::string& text) {
   return input_error([&] { load(text); });
 }
 
@@ -124,26 +124,26 @@ TEST(Csv, WhatIsWrittenReadsBackToTheSameBits) {
 }
 
 TEST(Csv, RefusesWithFileLineAndColumn) {
-  EXPECT_EQ(refusal("t,q\n0,1\n1,abc\n"),
+  EXPECT_EQ(csv_refusal("t,q\n0,1\n1,abc\n"),
             "run.csv:3: column q: found \"abc\", expected a number, or nothing where it is missing");
-  EXPECT_THAT(refusal("t,q\n0,inf\n"),
+  EXPECT_THAT(csv_refusal("t,q\n0,inf\n"),
               AllOf(HasSubstr("run.csv:2: column q: found \"inf\", expected a finite number")));
-  EXPECT_THAT(refusal("t,q\n0,1e999\n"), HasSubstr("expected a finite number"));
-  EXPECT_THAT(refusal("t,q\n0,1.2.3\n"), HasSubstr("\"1.2.3\""));
-  EXPECT_THAT(refusal("t,q\n0,0x10\n"), HasSubstr("\"0x10\""));
-  EXPECT_EQ(refusal("t,q\n0,1,2\n"), "run.csv:2: found 3 fields, expected at most 2, one per column of the header");
-  EXPECT_THAT(refusal("t,q\n0,1\n\n1,2\n"), HasSubstr("run.csv:3: found an empty line"));
+  EXPECT_THAT(csv_refusal("t,q\n0,1e999\n"), HasSubstr("expected a finite number"));
+  EXPECT_THAT(csv_refusal("t,q\n0,1.2.3\n"), HasSubstr("\"1.2.3\""));
+  EXPECT_THAT(csv_refusal("t,q\n0,0x10\n"), HasSubstr("\"0x10\""));
+  EXPECT_EQ(csv_refusal("t,q\n0,1,2\n"), "run.csv:2: found 3 fields, expected at most 2, one per column of the header");
+  EXPECT_THAT(csv_refusal("t,q\n0,1\n\n1,2\n"), HasSubstr("run.csv:3: found an empty line"));
 }
 
 TEST(Csv, RefusesHeadersThatNameNothing) {
-  EXPECT_THAT(refusal("0,1\n1,2\n"), HasSubstr("run.csv:1: found numbers, expected a header line"));
-  EXPECT_THAT(refusal("t,q,t\n0,1,2\n"), HasSubstr("run.csv:1: found the column \"t\" twice"));
-  EXPECT_THAT(refusal("t,,q\n0,1,2\n"), HasSubstr("an empty name of column 2"));
-  EXPECT_THAT(refusal("t,\"q\n0,1\n"), HasSubstr("a quote that is not closed"));
-  EXPECT_THAT(refusal("t,\"q\"x\n0,1\n"), HasSubstr("text after a closing quote"));
-  EXPECT_THAT(refusal("t,q\n"), HasSubstr("run.csv: found a header without rows"));
-  EXPECT_THAT(refusal(""), HasSubstr("run.csv: found an empty file"));
-  EXPECT_THAT(refusal("t,\xff\xfe\n0,1\n"), HasSubstr("run.csv:1: found the byte 0xff"));
+  EXPECT_THAT(csv_refusal("0,1\n1,2\n"), HasSubstr("run.csv:1: found numbers, expected a header line"));
+  EXPECT_THAT(csv_refusal("t,q,t\n0,1,2\n"), HasSubstr("run.csv:1: found the column \"t\" twice"));
+  EXPECT_THAT(csv_refusal("t,,q\n0,1,2\n"), HasSubstr("an empty name of column 2"));
+  EXPECT_THAT(csv_refusal("t,\"q\n0,1\n"), HasSubstr("a quote that is not closed"));
+  EXPECT_THAT(csv_refusal("t,\"q\"x\n0,1\n"), HasSubstr("text after a closing quote"));
+  EXPECT_THAT(csv_refusal("t,q\n"), HasSubstr("run.csv: found a header without rows"));
+  EXPECT_THAT(csv_refusal(""), HasSubstr("run.csv: found an empty file"));
+  EXPECT_THAT(csv_refusal("t,\xff\xfe\n0,1\n"), HasSubstr("run.csv:1: found the byte 0xff"));
 }
 
 TEST(Csv, OtherEndingsAreNotGuessed) {
@@ -175,7 +175,7 @@ TEST(Csv, GarbageBelowTheSizeLimitIsRefusedAtItsFirstLongLine) {
 TEST(Csv, TooManyColumnsAreRefused) {
   std::string text = "c0";
   for (int i = 1; i < 5000; ++i) text.append(",c").append(std::to_string(i));
-  EXPECT_THAT(refusal(text + "\n1\n"), HasSubstr("more than 4096 columns"));
+  EXPECT_THAT(csv_refusal(text + "\n1\n"), HasSubstr("more than 4096 columns"));
 }
 
 TEST(Csv, AMillionRowsOfThirteenColumnsLoad) {

@@ -13,7 +13,7 @@ namespace {
 using test::input_error;
 using testing::HasSubstr;
 
-std::string refusal(const std::string& text) {
+std::string yaml_refusal(const std::string& text) {
   return input_error([&] { parse_yaml(text, "s.yaml"); });
 }
 
@@ -48,30 +48,30 @@ TEST(Yaml, NumbersAreNumbersOnly) {
 }
 
 TEST(Yaml, RefusesWhatHidesOrMultipliesContent) {
-  EXPECT_EQ(refusal("a: 1\nb: 2\na: 3\n"), "s.yaml:3: found the key \"a\" a second time, expected each key once");
-  EXPECT_THAT(refusal("a: &x [1]\nb: 2\n"), HasSubstr("s.yaml:1: found an anchor"));
-  EXPECT_THAT(refusal("a: &x [1]\nb: *x\n"), HasSubstr("an anchor"));
-  EXPECT_THAT(refusal("a: !!python/object x\n"), HasSubstr("s.yaml:1: found the tag"));
-  EXPECT_THAT(refusal("a: !!map {}\n"), HasSubstr("found the tag"));
-  EXPECT_THAT(refusal("a: 1\n---\nb: 2\n"), HasSubstr("a second document"));
-  EXPECT_THAT(refusal("[a]: 1\n"), HasSubstr("a list or map as a key"));
-  EXPECT_THAT(refusal(": 1\n"), HasSubstr("an empty key"));
-  EXPECT_THAT(refusal("a: \xff\n"), HasSubstr("s.yaml:1: found the byte 0xff, expected UTF-8 text"));
+  EXPECT_EQ(yaml_refusal("a: 1\nb: 2\na: 3\n"), "s.yaml:3: found the key \"a\" a second time, expected each key once");
+  EXPECT_THAT(yaml_refusal("a: &x [1]\nb: 2\n"), HasSubstr("s.yaml:1: found an anchor"));
+  EXPECT_THAT(yaml_refusal("a: &x [1]\nb: *x\n"), HasSubstr("an anchor"));
+  EXPECT_THAT(yaml_refusal("a: !!python/object x\n"), HasSubstr("s.yaml:1: found the tag"));
+  EXPECT_THAT(yaml_refusal("a: !!map {}\n"), HasSubstr("found the tag"));
+  EXPECT_THAT(yaml_refusal("a: 1\n---\nb: 2\n"), HasSubstr("a second document"));
+  EXPECT_THAT(yaml_refusal("[a]: 1\n"), HasSubstr("a list or map as a key"));
+  EXPECT_THAT(yaml_refusal(": 1\n"), HasSubstr("an empty key"));
+  EXPECT_THAT(yaml_refusal("a: \xff\n"), HasSubstr("s.yaml:1: found the byte 0xff, expected UTF-8 text"));
 }
 
 TEST(Yaml, RefusesBrokenTextWithItsLine) {
-  EXPECT_THAT(refusal("a: 1\nb: [1, 2\n"), testing::StartsWith("s.yaml:"));
-  EXPECT_THAT(refusal("a: 1\n\tb: 2\n"), HasSubstr("broken YAML"));
-  EXPECT_THAT(refusal(""), HasSubstr("no content"));
+  EXPECT_THAT(yaml_refusal("a: 1\nb: [1, 2\n"), testing::StartsWith("s.yaml:"));
+  EXPECT_THAT(yaml_refusal("a: 1\n\tb: 2\n"), HasSubstr("broken YAML"));
+  EXPECT_THAT(yaml_refusal(""), HasSubstr("no content"));
 }
 
 TEST(Yaml, RefusesDeepNestingAtOnce) {
-  EXPECT_THAT(refusal(std::string(500'000, '[')), HasSubstr("s.yaml:1: found"));
-  EXPECT_THAT(refusal(std::string(100, '[') + std::string(100, ']')), HasSubstr("more than 32 levels of nesting"));
+  EXPECT_THAT(yaml_refusal(std::string(500'000, '[')), HasSubstr("s.yaml:1: found"));
+  EXPECT_THAT(yaml_refusal(std::string(100, '[') + std::string(100, ']')), HasSubstr("more than 32 levels of nesting"));
   std::string blocks;
   for (int i = 0; i < 300; ++i) blocks += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
-  EXPECT_THAT(refusal(blocks), HasSubstr("more than 32 levels of nesting"));
-  EXPECT_THAT(refusal(std::string(kYamlMaxBytes + 1, ' ')), HasSubstr("at most 1048576"));
+  EXPECT_THAT(yaml_refusal(blocks), HasSubstr("more than 32 levels of nesting"));
+  EXPECT_THAT(yaml_refusal(std::string(kYamlMaxBytes + 1, ' ')), HasSubstr("at most 1048576"));
 }
 
 TEST(Yaml, ManyKeysAreNoBurden) {

@@ -11,15 +11,15 @@ namespace {
 
 using namespace test;
 
-constexpr GridPlan kSmall{2, 1, 14, 3};
+constexpr GridPlan kSmallGrid{2, 1, 14, 3};
 
 GridRecord small_grid(const Trial& trial, int threads) {
   RunnerOptions options;
   options.threads = threads;
   StudyRunner runner(options);
-  plan_grid(trial, kSmall, nullptr, runner);
+  plan_grid(trial, kSmallGrid, nullptr, runner);
   runner.execute();
-  return summarise_grid(trial, kSmall, runner);
+  return summarise_grid(trial, kSmallGrid, runner);
 }
 
 void expect_one_change_at_a_time(const GridRecord& grid) {
@@ -99,9 +99,9 @@ TEST(Grid, ConvergenceIsWhere99PercentOfTheImprovementIsReached) {
 TEST(Engines, EveryEngineBuiltInRunsTheFinalSetting) {
   const Trial trial = pendulum_trial();
   StudyRunner runner({});
-  plan_engines(trial, kSmall, nullptr, runner);
+  plan_engines(trial, kSmallGrid, nullptr, runner);
   runner.execute();
-  const std::vector<EngineRecord> records = summarise_engines(trial, kSmall, runner);
+  const std::vector<EngineRecord> records = summarise_engines(trial, kSmallGrid, runner);
   ASSERT_EQ(records.size(), engines().size());
   for (const EngineRecord& record : records) {
     EXPECT_EQ(record.setting.runs.empty(), !record.reason.empty());

@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-constexpr RivalsPlan kSmall{2, 1, 14, 420, 3};
+constexpr RivalsPlan kSmallRace{2, 1, 14, 420, 3};
 
 struct Raced {
   RivalsRecord rivals;
@@ -21,10 +21,10 @@ Raced raced(const Trial& trial, int threads = 1) {
   RunnerOptions options;
   options.threads = threads;
   StudyRunner runner(options);
-  plan_rivals(trial, kSmall, nullptr, runner);
-  plan_recovery(trial, kSmall, nullptr, runner);
+  plan_rivals(trial, kSmallRace, nullptr, runner);
+  plan_recovery(trial, kSmallRace, nullptr, runner);
   runner.execute();
-  return {summarise_rivals(trial, kSmall, runner), summarise_recovery(trial, kSmall, runner)};
+  return {summarise_rivals(trial, kSmallRace, runner), summarise_recovery(trial, kSmallRace, runner)};
 }
 
 void expect_budget_kept(const RivalsRecord& record) {
@@ -33,7 +33,7 @@ void expect_budget_kept(const RivalsRecord& record) {
     SCOPED_TRACE(to_string(m.method));
     for (const SearchRun& run : m.runs) {
       // The last start or generation may overshoot by itself; nothing beyond the budget counts.
-      EXPECT_LE(run.evaluations, kSmall.evaluations + 600);
+      EXPECT_LE(run.evaluations, kSmallRace.evaluations + 600);
       for (std::size_t k = 1; k < run.curve.size(); ++k) {
         EXPECT_LE(run.curve[k].best, run.curve[k - 1].best);
         EXPECT_GE(run.curve[k].evaluations, run.curve[k - 1].evaluations);
@@ -41,7 +41,7 @@ void expect_budget_kept(const RivalsRecord& record) {
       EXPECT_EQ(run.curve.back().best, run.cost);
     }
     for (const auto& level : m.reached) {
-      for (const double at : level) EXPECT_TRUE(std::isinf(at) || at <= kSmall.evaluations);
+      for (const double at : level) EXPECT_TRUE(std::isinf(at) || at <= kSmallRace.evaluations);
     }
     EXPECT_LE(m.success[0], m.success[2]);
   }
