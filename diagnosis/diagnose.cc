@@ -16,6 +16,12 @@
 namespace lacuna {
 namespace {
 
+/// While a rest stays unexplained the model is known to be wrong: what explains the rest may explain the finding as well.
+void leave_room(Finding& finding, double unknown) {
+  finding.probability *= 1.0 - unknown;
+  for (Rival& rival : finding.rivals) rival.probability *= 1.0 - unknown;
+}
+
 /// Findings' own estimates, taken out of the fit's under their short names.
 void attach_parameters(Diagnosis& out) {
   for (Finding& finding : out.findings) {
@@ -69,6 +75,10 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   out.unexplained.present = !out.unexplained.where.empty();
   const double removed = r0.squaredNorm() - r1.squaredNorm();
   const bool mostly_unknown = out.unexplained.present && noise_known && rest > removed;
+  if (out.unexplained.present && noise_known) {
+    out.unexplained.probability = rest / std::max(rest + std::max(removed, 0.0), 1e-300);
+    for (Finding& finding : out.findings) leave_room(finding, out.unexplained.probability);
+  }
   out.verdict = out.findings.empty()
                     ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
                 : mostly_unknown ? Verdict::unknown_physics

@@ -40,7 +40,8 @@ struct Separation {
 /// One effect found.
 struct Finding {
   std::string effect, place;
-  double probability = 0.0;             ///< of this effect at this place, among all that were tried and chance
+  double probability = 0.0;             ///< of this effect at this place, among all that were tried, chance, and
+                                        ///< what the catalogue does not hold (Unexplained::probability)
   std::vector<Rival> rivals;            ///< most probable first
   std::vector<std::string> members;     ///< the class: effects that the data do not separate from it, itself first
   std::vector<Estimate> parameters;     ///< names without the place ("Fc")
@@ -69,6 +70,9 @@ struct Unexplained {
   std::vector<std::string> regions;
   std::vector<Misfit> times;  ///< when, in the recordings that were not fitted; most energy first
   double share = 0.0;         ///< of the validate residual energy above the noise, after the findings
+  /// That something outside the catalogue, or a combination of effects not tried, stands where findings are claimed: the
+  /// rest as a share of what was missing; 0 where no rest is significant or the noise is unknown.
+  double probability = 0.0;
 };
 
 /// Everything that was tried in one round, for the report.

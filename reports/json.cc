@@ -213,7 +213,8 @@ Json unexplained_of(const Unexplained& unexplained) {
           {"where", unexplained.where},
           {"regions", unexplained.regions},
           {"times", times},
-          {"share", unexplained.share}};
+          {"share", unexplained.share},
+          {"probability", unexplained.probability}};
 }
 
 Json json_of(const Whiteness& w) {

@@ -64,7 +64,7 @@ void expect_recovered(const FitResult& fit, const PlantModel& model, const std::
   EXPECT_FALSE(fit.undetermined.empty()) << "the common factor must be named";
 }
 
-/// The preset with 4 s of noise-free data of another engine in place of its recordings: sines after half a second at
+/// The preset with 2.5 s of noise-free data of another engine in place of its recordings: sines after half a second at
 /// rest in the truth's equilibrium.
 Scenario noise_free(const std::string& table, const std::string& maker) {
   Scenario scenario = loaded("joint_2_" + table + ".yaml", false);
@@ -75,8 +75,8 @@ Scenario noise_free(const std::string& table, const std::string& maker) {
   const auto settled = simulated_recording(plant, constant_drive(6, 10.0, 0.1, 0.0), start, "featherstone", "rest.csv",
                                            0.0, 1, 0.5 * kStep);
   start.q[1] = settled->columns[static_cast<std::size_t>(settled->find("q_joint_2"))].back();
-  Drive drive = constant_drive(6, 4.0, kStep, 0.0);
-  const Drive sines = sine_drive(6, 4.0, kStep, 6.0);
+  Drive drive = constant_drive(6, 2.5, kStep, 0.0);
+  const Drive sines = sine_drive(6, 2.5, kStep, 6.0);
   for (std::size_t k = 50; k < drive.time.size(); ++k) drive.u[1][k] = sines.u[1][k];
   const auto data = simulated_recording(plant, drive, start, maker, "train.csv", 0.0, 1, 0.5 * kStep);
   scenario.channels.of[ChannelKind::position] = {{"joint_2", plant.channels.of[ChannelKind::position].at("joint_2")}};
