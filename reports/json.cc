@@ -209,12 +209,9 @@ Json unexplained_of(const Unexplained& unexplained) {
                      {"rms_over_noise", m.ratio},
                      {"p_value", m.p_value}});
   }
-  return {{"present", unexplained.present},
-          {"where", unexplained.where},
-          {"regions", unexplained.regions},
-          {"times", times},
-          {"share", unexplained.share},
-          {"probability", unexplained.probability}};
+  return {{"present", unexplained.present}, {"where", unexplained.where},
+          {"regions", unexplained.regions}, {"times", times},
+          {"share", unexplained.share},     {"probability", unexplained.probability}};
 }
 
 Json json_of(const Whiteness& w) {
