@@ -88,6 +88,7 @@ StudyOptions options_of(const Session& session, const StudyFlags& flags) {
   out.parts = flags.parts;
   out.runner.threads = session.threads;
   out.runner.stop = &stop_flag();
+  out.runner.ranks = session.ranks.get();
   return out;
 }
 
@@ -118,6 +119,7 @@ void run(Session& session, const StudyFlags& flags) {
   const std::vector<Case> cases = load_cases(flags);
   const fs::path folder = session.output_folder(cases.front().scenario);
   const std::vector<Study> studies = run_all(session, flags, cases, folder);
+  if (!session.first()) return;
   const Context context = session.context();
   const std::string record = to_json(studies, context);
   write_file_atomically(folder / "study.json", record);

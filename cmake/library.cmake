@@ -90,12 +90,15 @@ set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES}
              ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
              ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc)
 
-# Where results come from, told to the one file that writes it down (reports/context.h). The commit is the one configured.
+# Where results come from, told to the one file that writes it down (reports/context.h).
 find_package(Git QUIET)
 set(LACUNA_COMMIT "")
 if(Git_FOUND)
   execute_process(COMMAND ${GIT_EXECUTABLE} rev-parse --short HEAD WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                   OUTPUT_VARIABLE LACUNA_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+if(EXISTS ${PROJECT_SOURCE_DIR}/.git/logs/HEAD)  # every commit is a reason to configure anew
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/.git/logs/HEAD)
 endif()
 if(NOT LACUNA_COMMIT)
   set(LACUNA_COMMIT "unknown")

@@ -147,6 +147,23 @@ std::vector<std::vector<std::byte>> Ranks::share(std::uint64_t key, const std::e
   return gather(mine, bytes);
 }
 
+std::vector<std::string> Ranks::share_texts(std::uint64_t key, const std::exception_ptr& failure,
+                                            const std::string& mine) {
+  const std::uint64_t length = mine.size();
+  const auto lengths = share(key, failure, std::as_bytes(std::span(&length, 1)),
+                             std::vector<std::size_t>(static_cast<std::size_t>(size()), sizeof length));
+  std::vector<std::size_t> bytes;
+  for (const std::vector<std::byte>& of_rank : lengths) {
+    std::uint64_t count = 0;
+    std::memcpy(&count, of_rank.data(), sizeof count);
+    bytes.push_back(count);
+  }
+  std::vector<std::string> out;
+  for (const std::vector<std::byte>& text : share(key, nullptr, std::as_bytes(std::span(mine)), bytes))
+    out.emplace_back(reinterpret_cast<const char*>(text.data()), text.size());
+  return out;
+}
+
 bool Ranks::as_first(bool answer) {
   const std::byte mine{answer};
   const std::vector<std::size_t> one(static_cast<std::size_t>(size()), 1);

@@ -72,6 +72,8 @@ class Ranks {
   /// stop, RanksParted where the keys differ or a rank has left.
   std::vector<std::vector<std::byte>> share(std::uint64_t key, const std::exception_ptr& failure,
                                             std::span<const std::byte> mine, std::span<const std::size_t> bytes);
+  /// The same for what is as long as it comes out. Two meetings.
+  std::vector<std::string> share_texts(std::uint64_t key, const std::exception_ptr& failure, const std::string& mine);
   /// The first rank's answer, on every rank. A meeting.
   bool as_first(bool answer);
 

@@ -27,6 +27,13 @@ std::string timing(const Timing& t, double unit = 1.0) {
   return fmt::format("{} \u00b1 {}", steady(t.median * unit), number(0.5 * (t.high - t.low) * unit, 2));
 }
 
+/// A difference of two timings; where it drowns in their scatter, by what it is bounded.
+std::string difference(const Timing& t, const Timing& without) {
+  const double scatter = 0.5 * std::max(t.high - t.low, without.high - without.low);
+  return t.median > scatter || !std::isfinite(t.median) ? timing(t)
+                                                        : "under " + number(std::max(scatter, std::fabs(t.median)), 3);
+}
+
 std::string bytes(double value) {
   if (!std::isfinite(value)) return "\u2013";
   return value < 1e6 ? number(value / 1e3, 3) + " kB" : number(value / 1e6, 3) + " MB";
@@ -100,8 +107,9 @@ Html cost_table(const ScenarioComparison& scenario) {
       {{"engine"}, {"evaluation, ns", true}, {"change of a body, ns", true}, {"build, us", true}, {"memory", true}});
   for (const EngineComparison& engine : scenario.engines) {
     if (!engine.available) continue;
-    table.row({text(engine.engine), text(timing(engine.forward_ns)), text(timing(engine.set_inertial_ns)),
-               text(timing(engine.build_us)), text(bytes(engine.memory_bytes))});
+    table.row({text(engine.engine), text(timing(engine.forward_ns)),
+               text(difference(engine.set_inertial_ns, engine.forward_ns)), text(timing(engine.build_us)),
+               text(bytes(engine.memory_bytes))});
   }
   return element("h3", text("Costs")) + table.html();
 }

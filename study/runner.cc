@@ -1,10 +1,13 @@
 #include "study/runner.h"
 
-#include <cmath>
+#include <algorithm>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "ga/checkpoint.h"
@@ -16,6 +19,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* kStudyCheckpoint = "lacuna-study-checkpoint/1";
+constexpr std::uint64_t kRestored = 0x7374756479;  // key of the meeting at which the first rank says what is done
+constexpr std::size_t kRunsBetweenMeetings = 4;    // of a thread
 
 Json to_json(const std::string& key, const SearchRun& run) {
   Json point = Json::array(), curve = Json::array();
@@ -52,39 +57,62 @@ std::string head_of(const std::string& problem) {
 
 StudyRunner::StudyRunner(RunnerOptions options) : options_(std::move(options)) { restore(); }
 
-void StudyRunner::restore() {
-  if (options_.checkpoint.empty()) return;
-  std::string whole = head_of(options_.problem);
+/// The file's lines of finished runs; the file is left with these and no others.
+std::string StudyRunner::read_checkpoint() const {
+  std::string head = head_of(options_.problem), runs;
   std::error_code ignored;
   if (std::filesystem::exists(options_.checkpoint, ignored)) {
     std::ifstream in(options_.checkpoint);
     std::string line;
     std::getline(in, line);
-    const Json head = Json::parse(line, nullptr, false);
-    if (!head.is_object() || head.value("format", "") != kStudyCheckpoint)
+    const Json found = Json::parse(line, nullptr, false);
+    if (!found.is_object() || found.value("format", "") != kStudyCheckpoint)
       throw InputError(options_.checkpoint.string(), "no checkpoint of a study", "one; remove the file to start anew");
-    if (head.value("problem", "") != options_.problem)
+    if (found.value("problem", "") != options_.problem)
       throw InputError(options_.checkpoint.string(), "the checkpoint of another scenario, recording or option",
                        "one of this command; remove the file or name another output folder");
     while (std::getline(in, line)) {
       const Json entry = Json::parse(line, nullptr, false);
       if (!entry.is_object()) break;  // cut off by a crash
       try {
-        done_[entry.at("key")] = run_from(entry);
+        run_from(entry);
       } catch (const std::exception&) {
         break;
       }
-      whole += line + "\n";
+      runs += line + "\n";
     }
   }
-  write_file_atomically(options_.checkpoint, whole);
+  write_file_atomically(options_.checkpoint, head + runs);
+  return runs;
 }
 
-void StudyRunner::keep(const std::string& key, const SearchRun& run) {
+void StudyRunner::restore() {
   if (options_.checkpoint.empty()) return;
+  std::string runs;
+  std::exception_ptr failure;
+  try {
+    if (first()) runs = read_checkpoint();
+  } catch (...) {
+    if (options_.ranks == nullptr) throw;
+    failure = std::current_exception();
+  }
+  if (options_.ranks != nullptr) runs = options_.ranks->share_texts(kRestored, failure, runs).front();
+  take(runs);
+}
+
+void StudyRunner::keep(const std::string& line) const {
+  if (options_.checkpoint.empty() || !first()) return;
   std::ofstream out(options_.checkpoint, std::ios::app);
-  out << to_json(key, run).dump() + "\n" << std::flush;
+  out << line << std::flush;
   if (!out) throw WorkError(options_.checkpoint.string() + ": cannot write the checkpoint");
+}
+
+void StudyRunner::take(const std::string& lines) {
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);) {
+    const Json entry = Json::parse(line);
+    done_[entry.at("key")] = run_from(entry);
+  }
 }
 
 void StudyRunner::add(const std::string& key, double weight, std::function<SearchRun()> work) {
@@ -92,6 +120,25 @@ void StudyRunner::add(const std::string& key, double weight, std::function<Searc
     if (job.key == key) throw std::logic_error("StudyRunner: two runs called " + key);
   }
   jobs_.push_back({key, weight, std::move(work)});
+}
+
+/// Lines of these runs, computed here; kept one by one where this process is alone.
+std::string StudyRunner::carry_out(const std::vector<const Job*>& mine, const std::function<void(const Job&)>& tell) {
+  std::mutex mutex;
+  std::string lines;
+  parallel_for(
+      options_.threads, static_cast<int>(mine.size()),
+      [&](int, int piece) {
+        const Job& job = *mine[static_cast<std::size_t>(piece)];
+        const std::string line = to_json(job.key, job.work()).dump() + "\n";
+        const std::lock_guard lock(mutex);
+        lines += line;
+        if (options_.ranks != nullptr) return;
+        keep(line);
+        tell(job);
+      },
+      options_.stop);
+  return lines;
 }
 
 void StudyRunner::execute() {
@@ -105,23 +152,38 @@ void StudyRunner::execute() {
       left.push_back(&job);
     }
   }
-  std::mutex mutex;
-  const auto tell = [&](const std::string& stage) {
+  const auto say = [&](const std::string& stage) {
     if (options_.progress) options_.progress({stage, total > 0.0 ? finished / total : 1.0, 0.0, 0});
   };
-  tell("searching");
-  parallel_for(
-      options_.threads, static_cast<int>(left.size()),
-      [&](int, int piece) {
-        const Job& job = *left[static_cast<std::size_t>(piece)];
-        SearchRun run = job.work();
-        const std::lock_guard lock(mutex);
-        keep(job.key, run);
-        done_[job.key] = std::move(run);
-        finished += job.weight;
-        tell(job.key);
-      },
-      options_.stop);
+  const auto tell = [&](const Job& job) {
+    finished += job.weight;
+    say(job.key);
+  };
+  say("searching");
+  if (options_.ranks == nullptr) return take(carry_out(left, tell));
+
+  // Ranks meet after some runs each: often enough to lose little to a crash, seldom enough not to wait for each other.
+  Ranks& ranks = *options_.ranks;
+  const std::size_t size = static_cast<std::size_t>(ranks.size());
+  const std::size_t block = size * static_cast<std::size_t>(options_.threads) * kRunsBetweenMeetings;
+  for (std::size_t begin = 0; begin < left.size(); begin += block) {
+    const std::size_t end = std::min(left.size(), begin + block);
+    std::vector<const Job*> mine;
+    for (std::size_t i = begin + static_cast<std::size_t>(ranks.rank()); i < end; i += size) mine.push_back(left[i]);
+    std::string lines;
+    std::exception_ptr failure;
+    try {
+      lines = carry_out(mine, tell);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    const std::uint64_t key = std::hash<std::string>{}(options_.problem + left[begin]->key);
+    for (const std::string& of_rank : ranks.share_texts(key, failure, lines)) {
+      keep(of_rank);
+      take(of_rank);
+    }
+    for (std::size_t i = begin; i < end; ++i) tell(*left[i]);
+  }
 }
 
 const SearchRun& StudyRunner::at(const std::string& key) const {

@@ -1,4 +1,4 @@
-// Carries out a study's runs on all threads, keeps every finished one on disk, and takes up an interrupted study again.
+// Carries out a study's runs on all threads and ranks, keeps every finished one on disk, and takes up an interrupted study again.
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,23 @@
 #include <utility>
 #include <vector>
 
+#include "physics/ranks.h"
 #include "study/search.h"
 
 namespace lacuna {
 
 struct RunnerOptions {
   int threads = 1;
+  Ranks* ranks = nullptr;  ///< that share the runs; null: this process does them all
   const StopFlag* stop = nullptr;
-  std::filesystem::path checkpoint;               ///< empty: nothing is kept
+  std::filesystem::path checkpoint;               ///< empty: nothing is kept; of several ranks the first one keeps it
   std::string problem;                            ///< what the runs are about; a file of another problem is refused
   std::function<void(const Progress&)> progress;  ///< called after every run, from any thread, one call at a time
 };
 
 /// Runs are added under unique keys, then executed together; what is on disk is not run again. Every run is computed by
-/// one thread from its own seed, so results depend neither on the number of threads nor on interruptions.
+/// one thread from its own seed, so results depend neither on the numbers of threads and ranks nor on
+/// interruptions.
 ///
 /// The file holds one line a finished run, numbers exact; a line cut off by a crash is dropped.
 class StudyRunner {
@@ -42,8 +45,12 @@ class StudyRunner {
     double weight = 0.0;
     std::function<SearchRun()> work;
   };
+  bool first() const { return options_.ranks == nullptr || options_.ranks->first(); }
+  std::string read_checkpoint() const;
   void restore();
-  void keep(const std::string& key, const SearchRun& run);
+  void keep(const std::string& line) const;
+  void take(const std::string& line);
+  std::string carry_out(const std::vector<const Job*>& mine, const std::function<void(const Job&)>& tell);
 
   RunnerOptions options_;
   std::vector<Job> jobs_;

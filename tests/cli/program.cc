@@ -103,6 +103,16 @@ std::string text_of(const fs::path& file) {
 
 nlohmann::json json_file(const fs::path& file) { return nlohmann::json::parse(text_of(file), nullptr, false); }
 
+nlohmann::json without_clock(nlohmann::json record) {
+  if (record.is_object()) {
+    for (const char* key : {"seconds", "run_seconds", "context"}) record.erase(key);
+    for (auto& [key, value] : record.items()) value = without_clock(value);
+  } else if (record.is_array()) {
+    for (auto& value : record) value = without_clock(value);
+  }
+  return record;
+}
+
 nlohmann::json numbers_of(const fs::path& file) {
   auto record = json_file(file);
   for (const char* key : {"seconds", "context"}) record.erase(key);

@@ -51,6 +51,8 @@ nlohmann::json json_of(const Outcome& outcome);
 nlohmann::json json_file(const std::filesystem::path& file);
 /// Of a record what must not depend on threads, ranks, interruptions or the clock.
 nlohmann::json numbers_of(const std::filesystem::path& file);
+/// A study's records without what the clock decides, at any depth.
+nlohmann::json without_clock(nlohmann::json record);
 std::string text_of(const std::filesystem::path& file);
 /// What `lacuna engines --json` says of each.
 std::vector<nlohmann::json> engine_records();

@@ -144,6 +144,32 @@ TEST_F(Job, GivesTheSameVerdictsOnAFolderOfCasesAndDoesNotRepeatThem) {
   EXPECT_EQ(verdicts(alone), verdicts(shared));
 }
 
+TEST_F(Job, StudiesToTheSameBits) {
+  const auto line = [&](const std::string& name, const std::string& parts) {
+    return std::vector<std::string>{"study",
+                                    arm_.scenario(),
+                                    "-o",
+                                    (arm_.folder() / name).string(),
+                                    "--parts",
+                                    parts,
+                                    "--population",
+                                    "14",
+                                    "--generations",
+                                    "2",
+                                    "--seeds",
+                                    "2",
+                                    "--threads",
+                                    "1"};
+  };
+  const auto records = [&](const std::string& name) {
+    return without_clock(json_file(arm_.folder() / name / "study.json").at("scenarios"));
+  };
+  ASSERT_EQ(lacuna(line("alone", "rivals")).code, 0);
+  const Outcome shared = run(line("shared", "rivals"));
+  ASSERT_EQ(shared.code, 0) << shared.err;
+  EXPECT_EQ(records("alone"), records("shared"));
+}
+
 /// A rank that is killed ends the job; whatever number of ranks takes it up again comes to the same result.
 TEST_F(Job, AKilledRankEndsItAndARerunResumes) {
   constexpr int kGenerations = 80;

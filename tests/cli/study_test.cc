@@ -23,17 +23,6 @@ std::vector<std::string> study(const Arm& arm, const fs::path& out, std::vector<
   return line;
 }
 
-/// The records without what the clock decides.
-nlohmann::json numbers_of(nlohmann::json record) {
-  if (record.is_object()) {
-    for (const char* key : {"seconds", "run_seconds", "context"}) record.erase(key);
-    for (auto& [key, value] : record.items()) value = numbers_of(value);
-  } else if (record.is_array()) {
-    for (auto& value : record) value = numbers_of(value);
-  }
-  return record;
-}
-
 TEST(Study, WritesEveryPartAndSaysWhatNeedsATruth) {
   const Arm arm;
   const fs::path out = arm.folder() / "study";
@@ -82,15 +71,15 @@ TEST(Study, GivesTheSameNumbersOnOneAndOnTwoThreadsAndAfterAnInterruption) {
   };
   ASSERT_EQ(lacuna(on("1", "one")).code, 0);
   ASSERT_EQ(lacuna(on("2", "two")).code, 0);
-  const auto expected = numbers_of(json_file(arm.folder() / "one" / "study.json"));
-  EXPECT_EQ(expected, numbers_of(json_file(arm.folder() / "two" / "study.json")));
+  const auto expected = without_clock(json_file(arm.folder() / "one" / "study.json"));
+  EXPECT_EQ(expected, without_clock(json_file(arm.folder() / "two" / "study.json")));
   const auto stopped = interrupted_run(on("1", "three"), arm.folder() / "three" / "checkpoint.arm.jsonl");
   if (stopped) {
     EXPECT_EQ(stopped->code, 130);
     EXPECT_THAT(stopped->err, HasSubstr("resumes"));
   }
   ASSERT_EQ(lacuna(on("1", "three")).code, 0);
-  EXPECT_EQ(expected, numbers_of(json_file(arm.folder() / "three" / "study.json")));
+  EXPECT_EQ(expected, without_clock(json_file(arm.folder() / "three" / "study.json")));
 }
 
 TEST(Study, RefusesUnknownPartsAndDoubledNames) {

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "scenarios/error.h"
+#include "tests/physics/rank_threads.h"
 #include "tests/scenarios/support.h"
 
 namespace lacuna {
@@ -97,6 +98,58 @@ TEST(StudyRunner, RefusesTheCheckpointOfAnotherProblem) {
   EXPECT_THROW(StudyRunner{options}, InputError);
   std::ofstream(options.checkpoint) << "nonsense\n";
   EXPECT_THROW(StudyRunner{options}, InputError);
+}
+
+TEST(StudyRunner, RanksShareTheRunsAndTheFirstKeepsThem) {
+  const test::TemporaryFolder folder;
+  RunnerOptions options;
+  options.checkpoint = folder.path() / "runs.jsonl";
+  {
+    StudyRunner alone(options);
+    alone.add("run0", 1.0, [] { return run_of(0.0); });
+    alone.execute();
+  }
+  std::atomic<int> calls{0};
+  test::on_ranks(3, [&](Ranks& ranks, StopFlag&) {
+    RunnerOptions mine = options;
+    mine.ranks = &ranks;
+    if (!ranks.first()) mine.checkpoint = folder.path() / "elsewhere" / "unseen.jsonl";  // another machine's disk
+    StudyRunner runner(mine);
+    for (int k = 0; k < 20; ++k)
+      runner.add("run" + std::to_string(k), 1.0, [&calls, k] {
+        ++calls;
+        return run_of(k);
+      });
+    runner.execute();
+    for (int k = 0; k < 20; ++k)
+      EXPECT_EQ(runner.at("run" + std::to_string(k)).cost, k / 7.0) << "rank " << ranks.rank();
+  });
+  EXPECT_EQ(calls, 19) << "each run once, the one on disk not again";
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "elsewhere"));
+  std::ifstream in(options.checkpoint);
+  int lines = 0;
+  for (std::string line; std::getline(in, line);) ++lines;
+  EXPECT_EQ(lines, 1 + 20);
+}
+
+TEST(StudyRunner, ARunThatFailsOnOneRankFailsOnAll) {
+  std::atomic<int> failures{0};
+  test::on_ranks(2, [&](Ranks& ranks, StopFlag&) {
+    RunnerOptions options;
+    options.ranks = &ranks;
+    StudyRunner runner(options);
+    for (int k = 0; k < 6; ++k)
+      runner.add("run" + std::to_string(k), 1.0, [k]() -> SearchRun {
+        if (k == 3) throw WorkError("it broke");
+        return run_of(k);
+      });
+    try {
+      runner.execute();
+    } catch (const WorkError&) {
+      ++failures;
+    }
+  });
+  EXPECT_EQ(failures, 2);
 }
 
 }  // namespace
