@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* kStudyCheckpoint = "lacuna-study-checkpoint/1";
 constexpr std::uint64_t kRestored = 0x7374756479;  // key of the meeting at which the first rank says what is done
-constexpr std::size_t kRunsBetweenMeetings = 4;    // of a thread
+constexpr std::size_t kRunsBetweenMeetings = 32;   // of a rank, whatever its threads: machines may differ in CPUs
 
 Json to_json(const std::string& key, const SearchRun& run) {
   Json point = Json::array(), curve = Json::array();
@@ -165,7 +165,7 @@ void StudyRunner::execute() {
   // Ranks meet after some runs each: often enough to lose little to a crash, seldom enough not to wait for each other.
   Ranks& ranks = *options_.ranks;
   const std::size_t size = static_cast<std::size_t>(ranks.size());
-  const std::size_t block = size * static_cast<std::size_t>(options_.threads) * kRunsBetweenMeetings;
+  const std::size_t block = size * kRunsBetweenMeetings;
   for (std::size_t begin = 0; begin < left.size(); begin += block) {
     const std::size_t end = std::min(left.size(), begin + block);
     std::vector<const Job*> mine;
