@@ -22,9 +22,7 @@ if(LACUNA_WERROR)
 endif()
 if(LACUNA_SANITIZE)
   target_compile_options(lacuna_flags INTERFACE
-    -fsanitize=${LACUNA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer
-    # What the address sanitizer and the CPU catch themselves, at a third of the compiler's time.
-    -fno-sanitize=null,alignment,object-size,vptr)
+    -fsanitize=${LACUNA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(lacuna_flags INTERFACE -fsanitize=${LACUNA_SANITIZE})
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
