@@ -80,7 +80,7 @@ set(LACUNA_KERNELS physics/predictor_engine.cc physics/predictor_sse2.cc physics
 set_source_files_properties(${LACUNA_KERNELS} backends/simbody/simbody_engine.cc PROPERTIES
   SKIP_UNITY_BUILD_INCLUSION ON)
 if(LACUNA_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # Their thousands of temporaries are poisoned and cleared at every brace otherwise, which takes nine times as long;
+  # Their thousands of temporaries are poisoned and cleared at every brace otherwise, which takes some six times as long;
   # that they do not outlive their function is still watched.
   set_property(SOURCE ${LACUNA_KERNELS} APPEND PROPERTY COMPILE_OPTIONS -O2 -fno-sanitize-address-use-after-scope)
 endif()
