@@ -134,7 +134,7 @@ class NativeRun {
 
 struct Runner::Plants {
   Plants(const std::string& engine, const PlantModel& model)
-      : plant(model, EngineDynamics(find_engine(engine).build(model.robot_ptr(), model.gravity()))),
+      : plant(model, EngineDynamics(find_engine(engine).build(model.moving_robot(), model.gravity()))),
         rollout(plant),
         channels(state_channels(model.robot())) {}
 
@@ -159,6 +159,8 @@ std::string Runner::refuses(const Method& method) const {
   for (int j = 0; j < motion_.model.dof(); ++j) {
     if (plants_->plant.has_dry_friction(j)) return "dry friction: an effort held over a step cannot hold a joint still";
   }
+  if (motion_.model.on_springs())
+    return "base compliance: its joints are added outside the engines, to be the same in all";
   for (const Phase& phase : motion_.phases) {
     const std::vector<double> armatures = motion_.model.armatures(phase.values);
     if (std::any_of(armatures.begin(), armatures.end(), [](double inertia) { return inertia != 0.0; }))

@@ -182,20 +182,27 @@ double inertia_beyond(const Robot& robot, int j) {
 
 double typical_size(Scale scale, const PlantModel& model, const Experiment& experiment, int joint,
                     std::span<const double> values) {
-  const std::size_t j = static_cast<std::size_t>(std::max(joint, 0));
-  const Component& actuator = model.actuators()[j];
-  const double gain = actuator.type < 0 ? 1.0 : std::fabs(values[static_cast<std::size_t>(actuator.first)]);
   auto positive = [](double x) { return x > 0.0 && std::isfinite(x) ? x : 1.0; };
-  double command = experiment.command_rms[j];
-  if (joint < 0) command = std::accumulate(experiment.command_rms.begin(), experiment.command_rms.end(), 0.0);
-  const double effort = positive(gain * experiment.command_rms[j]);
-  const double position = positive(experiment.position_rms[j]), velocity = positive(experiment.speed_rms[j]);
+  // Of the arm: commands, efforts and inertias of all joints together; motions as one vector.
+  double command = 0.0, effort = 0.0, position = 0.0, velocity = 0.0, inertia = 0.0;
+  for (int i = 0; i < model.dof(); ++i) {
+    if (joint >= 0 && i != joint) continue;
+    const std::size_t j = static_cast<std::size_t>(i);
+    const Component& actuator = model.actuators()[j];
+    const double gain = actuator.type < 0 ? 1.0 : std::fabs(values[static_cast<std::size_t>(actuator.first)]);
+    command += experiment.command_rms[j];
+    effort += gain * experiment.command_rms[j];
+    position = std::hypot(position, experiment.position_rms[j]);
+    velocity = std::hypot(velocity, experiment.speed_rms[j]);
+    if (scale == Scale::inertia) inertia += inertia_beyond(model.robot(), i);
+  }
+  effort = positive(effort), position = positive(position), velocity = positive(velocity);
   switch (scale) {
     case Scale::command: return positive(command);
     case Scale::effort: return effort;
     case Scale::velocity: return velocity;
     case Scale::position: return position;
-    case Scale::reach: return positive(experiment.position_reach[j]);
+    case Scale::reach: return positive(experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);
     case Scale::span: return positive(experiment.span);
     case Scale::length: return positive(0.1 * stretched_length(model.robot()));
     case Scale::mass: return model.robot().moving_mass();
@@ -203,7 +210,7 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
     case Scale::damping: return effort / velocity;
     case Scale::drag: return effort / (velocity * velocity);
     case Scale::hardening: return effort / (position * position * position);
-    case Scale::inertia: return joint < 0 ? 1.0 : positive(inertia_beyond(model.robot(), joint));
+    case Scale::inertia: return positive(inertia);
     default: return 1.0;
   }
 }

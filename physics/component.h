@@ -83,6 +83,22 @@ struct ParameterInfo {
   bool per_joint = false;
 };
 
+/// What an arm's base stands on.
+template <class T>
+struct BaseSpring {
+  T k = T(HUGE_VAL);  ///< N m/rad; infinity: the base stands still
+  T I = T(0.0);       ///< kg m^2, of what tilts with the base
+  T c = T(0.0);       ///< N m s/rad
+};
+
+/// The larger of two positive numbers with a rounded corner: 9 % above where they are equal, 0.05 % at 2 : 1.
+template <class T>
+T rounded_max(const T& a, const T& b) {
+  const T top = max(max(a, b), T(1e-300)), x = a / top, y = b / top;
+  const T x4 = x * x * x * x, y4 = y * y * y * y;
+  return top * sqrt(sqrt(sqrt(x4 * x4 + y4 * y4)));
+}
+
 /// Hooks of one component for one scalar type; null where the component does not act.
 template <class T>
 struct Hooks {
@@ -106,6 +122,7 @@ struct Hooks {
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
   void (*sense)(const T* p, const std::vector<double>& time, T* q, std::size_t stride) = nullptr;
   T (*unsense)(const T* p, const T& q) = nullptr;  ///< position behind a reading at rest
+  BaseSpring<T> (*base)(const T* p) = nullptr;     ///< what the base stands on: of effects on the arm
   // One lane at a time, once for a simulation:
   /// Mass properties changed, per body.
   void (*inertials)(const double* p, const Robot& robot, int joint, std::vector<Inertial>& bodies) = nullptr;
@@ -132,6 +149,7 @@ Hooks<T> hooks_of() {
   if constexpr (requires { C::loaded; }) h.loaded = C::loaded;
   if constexpr (requires { &C::template sense<T>; }) h.sense = &C::template sense<T>;
   if constexpr (requires { &C::template unsense<T>; }) h.unsense = &C::template unsense<T>;
+  if constexpr (requires { &C::template base<T>; }) h.base = &C::template base<T>;
   if constexpr (requires { &C::inertials; }) h.inertials = &C::inertials;
   if constexpr (requires { &C::armature; }) h.armature = &C::armature;
   if constexpr (requires { &C::gravity; }) h.gravity = &C::gravity;

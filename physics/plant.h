@@ -11,6 +11,7 @@
 
 #include "physics/actuators/table.h"
 #include "physics/effects/table.h"
+#include "physics/foundation.h"
 #include "physics/plant_model.h"
 
 namespace lacuna {
@@ -28,7 +29,9 @@ template <class T, class Dyn>
 class Plant {
  public:
   Plant(const PlantModel& model, Dyn dynamics)
-      : model_(&model), dynamics_(std::move(dynamics)), parameters_(model.parameters().size(), T(0.0)) {
+      : model_(&model),
+        foundation_(std::move(dynamics), model.dof(), model.on_springs()),
+        parameters_(model.parameters().size(), T(0.0)) {
     const std::size_t n = static_cast<std::size_t>(model.dof());
     joints_.resize(n);
     for (const Component& c : model.actuators()) {
@@ -45,12 +48,17 @@ class Plant {
       }
     }
     for (int j = 0; j < model.dof(); ++j) name_actuator_parameters(joints_[static_cast<std::size_t>(j)], j);
+    for (const Component& c : model.effects()) {
+      const Hooks<T>& hooks = Effects::hooks<T>()[static_cast<std::size_t>(c.type)];
+      if (hooks.base != nullptr) base_ = {&hooks, static_cast<std::size_t>(c.first), states_, memories_};
+    }
+    states_ += foundation_.states();
   }
 
   int dof() const { return model_->dof(); }
   int states() const { return states_; }
   int memories() const { return memories_; }
-  Dyn& dynamics() { return dynamics_; }
+  Dyn& dynamics() { return foundation_.dynamics(); }
   /// s: components need not follow anything faster; 0 (at first): everything.
   void resolve(double time) { resolved_ = T(time); }
 
@@ -58,10 +66,10 @@ class Plant {
   void bind(int k, std::span<const double> values) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) set_lane(parameters_[i], k, values[i]);
     const std::vector<Inertial> inertials = model_->inertials(values);
-    for (int i = 0; i < dof(); ++i) dynamics_.set_inertial(i, k, inertials[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < dof(); ++i) foundation_.set_inertial(i, k, inertials[static_cast<std::size_t>(i)]);
     const std::vector<double> armatures = model_->armatures(values);
-    for (int i = 0; i < dof(); ++i) dynamics_.set_armature(i, k, armatures[static_cast<std::size_t>(i)]);
-    dynamics_.set_gravity(k, model_->gravity(values));
+    for (int i = 0; i < dof(); ++i) foundation_.set_armature(i, k, armatures[static_cast<std::size_t>(i)]);
+    foundation_.set_gravity(k, model_->gravity(values));
   }
 
   /// s, how late the command of joint j arrives; `delayed(j)` says whether any component delays it at all.
@@ -78,6 +86,19 @@ class Plant {
     }
     return sum;
   }
+
+  /// Accelerations of the joints under efforts tau, as Tree::forward_dynamics; `z_rate` takes the rates of the base's
+  /// states among all states z.
+  void forward_dynamics(const T* q, const T* v, const T* tau, const T* free, const T* z, T* a, T* z_rate,
+                        T* imbalance) {
+    foundation_.forward_dynamics(q, v, tau, free, z + base_.state, a, z_rate + base_.state, imbalance);
+  }
+  /// Efforts that hold the joints still at q; `z_off` takes, of all states z, what of the base's is not at rest.
+  void holding_efforts(const T* q, const T* z, T* holding, T* z_off) {
+    foundation_.holding_efforts(q, z + base_.state, holding, z_off + base_.state);
+  }
+  /// Efforts for the motion (q, v, a), the base still.
+  void inverse_dynamics(const T* q, const T* v, const T* a, T* tau) { foundation_.inverse_dynamics(q, v, a, tau); }
 
   /// Smooth effort on joint j at `now`; `u` the command that has arrived. `z` all states, `m` all memories at the start of
   /// the step; where not null, `z_rate` takes the states' rates and `m_now` the memories of joint j at this instant.
@@ -122,8 +143,8 @@ class Plant {
   /// Memories at the start of a simulation with component states z; without these nothing is held by friction.
   void begin_memories(const Instant<T>& now, const T* q, const T* v, const T* u, const T* z, T* m) {
     if (memories() == 0) return;
-    std::vector<T> holding(static_cast<std::size_t>(dof())), zero(holding.size(), T(0.0));
-    dynamics_.inverse_dynamics(q, zero.data(), zero.data(), holding.data());
+    std::vector<T> holding(static_cast<std::size_t>(dof()));
+    foundation_.holding_efforts(q, z ? z + base_.state : nullptr, holding.data(), nullptr);
     for (int j = 0; j < dof(); ++j) {
       const JointParts& parts = joint(j);
       JointView<T> s = view(parts, now, q[j], v[j], u[j]);
@@ -154,8 +175,10 @@ class Plant {
   /// States at the start of a simulation at rest or in motion at (q, v) under commands u.
   void initial_states(const T* q, const T* v, const T* u, T* z) {
     if (states_ == 0) return;
-    std::vector<T> holding(static_cast<std::size_t>(dof())), zero(holding.size(), T(0.0));
-    dynamics_.inverse_dynamics(q, zero.data(), zero.data(), holding.data());
+    if (base_.hooks != nullptr)
+      foundation_.begin(base_.hooks->base(&parameters_[base_.first]), resolved_, q, z + base_.state);
+    std::vector<T> holding(static_cast<std::size_t>(dof()));
+    foundation_.holding_efforts(q, z + base_.state, holding.data(), nullptr);
     for (int j = 0; j < dof(); ++j) {
       const std::size_t i = static_cast<std::size_t>(j);
       const JointParts& parts = joint(j);
@@ -266,9 +289,10 @@ class Plant {
   }
 
   const PlantModel* model_;
-  Dyn dynamics_;
+  Foundation<T, Dyn> foundation_;
   std::vector<T> parameters_;
   std::vector<JointParts> joints_;
+  Bound base_{};  ///< what sets the base on springs; its states are the foundation's
   int states_ = 0, memories_ = 0;
   T resolved_ = T(0.0);  ///< s
 };

@@ -58,6 +58,41 @@ double checked(const EffectParameter& parameter, const std::map<std::string, dou
   return value;
 }
 
+/// The robot with two joints under its base, about x, then y. What they move beside it is of no weight (Foundation adds
+/// the base's inertia): a thousandth of the arm's mass, in the axes.
+std::shared_ptr<const Robot> on_two_hinges(const Robot& robot) {
+  constexpr int kHinges = 2;
+  constexpr double kShare = 1e-3, kRadius = 1e-2;  // m
+  std::vector<Joint> joints;
+  std::vector<Link> links;
+  for (int i = 0; i < kHinges; ++i) {
+    const std::string name = i == 0 ? "base_compliance.roll" : "base_compliance.pitch";
+    Joint joint;
+    joint.name = name;
+    joint.type = JointType::continuous;
+    joint.parent = i - 1;
+    joint.link = i;
+    joint.axis = i == 0 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+    joints.push_back(joint);
+    Link link;
+    link.name = name + ".link";
+    link.body = i;
+    link.inertial.mass = kShare * robot.moving_mass();
+    link.inertial.inertia = Eigen::Matrix3d::Identity() * link.inertial.mass * kRadius * kRadius;
+    links.push_back(link);
+  }
+  for (Joint joint : robot.joints()) {
+    joint.parent += kHinges;  // the world's -1 becomes the upper hinge
+    joint.link += kHinges;
+    joints.push_back(joint);
+  }
+  for (Link link : robot.links()) {
+    if (link.body >= 0) link.body += kHinges;
+    links.push_back(link);
+  }
+  return std::make_shared<const Robot>(robot.name(), std::move(joints), std::move(links), robot.name());
+}
+
 }  // namespace
 
 std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint) {
@@ -75,6 +110,7 @@ std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Rob
 
 PlantModel::PlantModel(const Scenario& scenario)
     : robot_(scenario.robot),
+      moving_robot_(robot_),
       gravity_(scenario.gravity),
       mass_parameter_(robot_->links().size(), -1),
       actuators_(static_cast<std::size_t>(robot_->dof())) {
@@ -141,6 +177,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     parameters_.push_back({spec.place + "." + spec.effect + "." + p.key, unit_for(p.info->unit, prismatic), value,
                            p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
   }
+  if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);
 }
 
 std::vector<double> PlantModel::values() const {

@@ -57,6 +57,10 @@ class PlantModel {
   const std::shared_ptr<const Robot>& robot_ptr() const { return robot_; }
   const Eigen::Vector3d& gravity() const { return gravity_; }
   int dof() const { return robot_->dof(); }
+  /// What the engines simulate: the robot, or where an effect sets it on springs, with two joints under its base that turn
+  /// it about x and y; they come first.
+  const std::shared_ptr<const Robot>& moving_robot() const { return moving_robot_; }
+  bool on_springs() const { return moving_robot_ != robot_; }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
   std::vector<double> values() const;
@@ -89,7 +93,7 @@ class PlantModel {
   void add_actuator(const ActuatorSpec& spec);
   void add_effect(const EffectSpec& spec);
 
-  std::shared_ptr<const Robot> robot_;
+  std::shared_ptr<const Robot> robot_, moving_robot_;
   Eigen::Vector3d gravity_;
   std::vector<Parameter> parameters_;
   std::vector<int> mass_parameter_;  ///< per link: its parameter, or -1

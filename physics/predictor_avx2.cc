@@ -14,7 +14,7 @@ std::unique_ptr<Predictor> make_predictor_avx2([[maybe_unused]] const PlantModel
                                                [[maybe_unused]] const Experiment& experiment) {
 #if defined(__AVX2__)
   using Pack = xsimd::batch<double, xsimd::fma3<xsimd::avx2>>;
-  return std::make_unique<LanePredictor<Pack, Tree<Pack>>>(model, experiment, Tree<Pack>(model.robot()));
+  return std::make_unique<LanePredictor<Pack, Tree<Pack>>>(model, experiment, Tree<Pack>(*model.moving_robot()));
 #else
   return nullptr;
 #endif

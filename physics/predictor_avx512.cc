@@ -14,7 +14,7 @@ std::unique_ptr<Predictor> make_predictor_avx512([[maybe_unused]] const PlantMod
                                                  [[maybe_unused]] const Experiment& experiment) {
 #if defined(__AVX512F__)
   using Pack = xsimd::batch<double, xsimd::avx512dq>;
-  return std::make_unique<LanePredictor<Pack, Tree<Pack>>>(model, experiment, Tree<Pack>(model.robot()));
+  return std::make_unique<LanePredictor<Pack, Tree<Pack>>>(model, experiment, Tree<Pack>(*model.moving_robot()));
 #else
   return nullptr;
 #endif

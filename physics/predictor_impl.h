@@ -86,7 +86,7 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
       uk[j] = delayed_command(plant, segment, static_cast<int>(j), k);
     }
     if (k == 0) plant.begin_memories(now, qk.data(), vk.data(), uk.data(), nullptr, m.data());
-    plant.dynamics().inverse_dynamics(qk.data(), vk.data(), ak.data(), tau.data());
+    plant.inverse_dynamics(qk.data(), vk.data(), ak.data(), tau.data());
     for (std::size_t j = 0; j < n; ++j) {
       const int joint = static_cast<int>(j);
       plant.effort(joint, now, qk[j], vk[j], uk[j], z.data(), m.data(), nullptr, m.data());

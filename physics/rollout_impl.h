@@ -166,7 +166,8 @@ void Rollout<T, Dyn>::derivative(const T& since, const State& x, State& dx) {
     const T speed = max(v[j] * direction_[j], T(0.0));
     tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
   }
-  plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
+  plant_.forward_dynamics(q, v, tau_.data(), free_.data(), q + 2 * n_, dx.data() + n_, dx.data() + 2 * n_,
+                          imbalance_.data());
 }
 
 /// k1 at the present state, with every joint that has come to rest either held or set sliding.

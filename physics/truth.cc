@@ -33,7 +33,7 @@ struct OnAnyEngine {
   static constexpr double close = 1e-12;  ///< s, relative: what is left of an interval that counts as nothing
 
   static Dyn dynamics(const PlantModel& model, const TruthOptions& options) {
-    return EngineDynamics(find_engine(options.engine).build(model.robot_ptr(), model.gravity()));
+    return EngineDynamics(find_engine(options.engine).build(model.moving_robot(), model.gravity()));
   }
 };
 struct InExtendedPrecision {
@@ -45,7 +45,7 @@ struct InExtendedPrecision {
   static constexpr double finest_share = 1e-6;
   static constexpr double close = 1e-17;
 
-  static Dyn dynamics(const PlantModel& model, const TruthOptions&) { return Tree<long double>(model.robot()); }
+  static Dyn dynamics(const PlantModel& model, const TruthOptions&) { return Tree<long double>(*model.moving_robot()); }
 };
 
 struct OutsideName {
@@ -122,7 +122,7 @@ class TruthRun {
     const State zero(n_, T(0.0));
     State holding(n_), rates(x.size(), T(0.0));
     plant_.begin_memories(instant(T(0.0), x), x.data(), zero.data(), u_.data(), nullptr, memory_.data());
-    plant_.dynamics().inverse_dynamics(x.data(), zero.data(), zero.data(), holding.data());
+    plant_.holding_efforts(x.data(), x.data() + 2 * n_, holding.data(), rates.data() + 2 * n_);
     Eigen::VectorXd out(static_cast<Eigen::Index>(x.size() - n_));
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
@@ -230,7 +230,8 @@ class TruthRun {
       const T speed = std::max(v[j] * direction_[j], T(0.0));
       tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
     }
-    plant_.dynamics().forward_dynamics(q, v, tau_.data(), free_.data(), dx.data() + n_, imbalance_.data());
+    plant_.forward_dynamics(q, v, tau_.data(), free_.data(), q + 2 * n_, dx.data() + n_, dx.data() + 2 * n_,
+                            imbalance_.data());
   }
 
   /// Carries the memories over the `since` seconds that ended now.

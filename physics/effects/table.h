@@ -5,6 +5,7 @@
 #include "physics/effects/actuator_saturation.h"
 #include "physics/effects/armature.h"
 #include "physics/effects/backlash.h"
+#include "physics/effects/base_compliance.h"
 #include "physics/effects/base_tilt.h"
 #include "physics/effects/com_shift.h"
 #include "physics/effects/coulomb_friction.h"
@@ -36,7 +37,7 @@ using Effects =
     ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
                   ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, StribeckFriction,
                   LoadDependentFriction, HysteresisFriction, QuadraticDamping, DampingAsymmetry, StiffnessHardening,
-                  EndStop, Backlash, JointCompliance, ThermalDrift, Payload, ComShift, Armature, BaseTilt, SensorScale,
-                  SensorOffset, SensorBacklash, SensorDelay>;
+                  EndStop, Backlash, JointCompliance, ThermalDrift, Payload, ComShift, Armature, BaseTilt,
+                  BaseCompliance, SensorScale, SensorOffset, SensorBacklash, SensorDelay>;
 
 }  // namespace lacuna

@@ -19,8 +19,8 @@ struct Transmission {
 
   static Transmission of(const JointView<T>& s, const T& k, const T& c, const T& half, const T& inertia) {
     constexpr double kLeast = 1e-9;  // kg m^2: a side without a damper keeps some
-    const T J = max(larger(inertia, (s.damping + c) * s.resolved), T(kLeast));
-    const T softness = larger(T(1.0) / k, s.resolved * s.resolved / J);
+    const T J = max(rounded_max(inertia, (s.damping + c) * s.resolved), T(kLeast));
+    const T softness = rounded_max(T(1.0) / k, s.resolved * s.resolved / J);
     return {T(1.0) / softness, c, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
   }
 
@@ -48,14 +48,6 @@ struct Transmission {
   /// theta'' at lead e and its rate.
   T acceleration(const T& tau0, const T& e, const T& rate) const {
     return (tau0 - D * rate - S * e - effort(e, rate)) / J;
-  }
-
- private:
-  /// The larger of two with a rounded corner: 0.05 % above it at 2 : 1.
-  static T larger(const T& a, const T& b) {
-    const T top = max(max(a, b), T(1e-300)), x = a / top, y = b / top;
-    const T x4 = x * x * x * x, y4 = y * y * y * y;
-    return top * sqrt(sqrt(sqrt(x4 * x4 + y4 * y4)));
   }
 };
 

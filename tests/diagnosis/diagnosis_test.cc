@@ -209,6 +209,25 @@ TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
   EXPECT_FALSE(d.unexplained.present);
 }
 
+TEST(Diagnosis, WhatStaysUnexplainedIsTakenOffTheClaims) {
+  // A ripple of the transducer, which no effect of the catalogue makes, beside the deadband.
+  Scenario scenario = concealed_deadband();
+  for (RecordingSpec& recording : scenario.recordings) {
+    auto rippled = std::make_shared<Recording>(*recording.data);
+    auto& q = rippled->columns[static_cast<std::size_t>(rippled->find("q_swing"))];
+    for (std::size_t k = 50; k < q.size(); ++k) q[k] += 4.0 * kNoise * std::sin(0.26 * static_cast<double>(k));
+    recording.data = rippled;
+  }
+  const Diagnosis d = diagnose(scenario, small());
+  ASSERT_FALSE(d.findings.empty());
+  EXPECT_EQ(d.findings[0].effect, "valve_deadband");
+  ASSERT_TRUE(d.unexplained.present);
+  EXPECT_GT(d.unexplained.probability, 0.0);
+  EXPECT_LT(d.unexplained.probability, 0.5) << "the deadband is most of what was missing";
+  for (const Finding& f : d.findings) EXPECT_LE(f.probability, 1.0 - d.unexplained.probability);
+  EXPECT_EQ(diagnose(concealed_deadband(), small()).unexplained.probability, 0.0);
+}
+
 TEST(Diagnosis, GivesTheSameNumbersOnOneAndTwoThreads) {
   DiagnoseOptions one = small(), two = small();
   one.identify.simulator.threads = 1;

@@ -22,7 +22,7 @@ TEST(DiagnosisJson, HoldsEveryKeyOfTheContract) {
   EXPECT_EQ(out["format"], "lacuna-diagnosis/1");
   EXPECT_EQ(out["verdict"], "missing_physics");
   EXPECT_EQ(out["version"], "0.1.0");
-  expect_keys(out["unexplained"], {"present", "where", "regions", "times", "share"});
+  expect_keys(out["unexplained"], {"present", "where", "regions", "times", "share", "probability"});
   expect_keys(out["fit"], {"noise", "before", "after"});
   for (const char* when : {"before", "after"}) expect_keys(out["fit"][when], {"train", "validate", "test"});
   EXPECT_DOUBLE_EQ(out["fit"]["before"]["test"]["joint_2"], 1.2e-3);

@@ -15,6 +15,7 @@ using test::kRecording;
 using test::kScenario;
 using test::replaced;
 using test::ScenarioFolder;
+using test::Spoiled;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -139,13 +140,6 @@ TEST(Scenario, RangeMayEndWhereTheLastSampleIsHeldTo) {
 }
 
 // --- bad scenario files ---------------------------------------------------------------------------------------------
-
-struct Spoiled {
-  const char* name;
-  const char* from;
-  const char* to;
-  const char* message;  ///< after the folder
-};
 
 class SpoiledScenario : public testing::TestWithParam<Spoiled> {};
 

@@ -66,6 +66,14 @@ inline std::string replaced(std::string text, const std::string& from, const std
   return text;
 }
 
+/// A text spoiled in one place, and what its refusal must say.
+struct Spoiled {
+  const char* name;
+  const char* from;
+  const char* to;
+  const char* message;  ///< a part of it
+};
+
 inline const std::string kRobot = R"(<?xml version='1.0'?>
 <robot name='two'>
   <link name='base'/>

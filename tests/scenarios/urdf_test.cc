@@ -10,6 +10,7 @@ namespace {
 using test::input_error;
 using test::kRobot;
 using test::replaced;
+using test::Spoiled;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -94,14 +95,7 @@ TEST(Urdf, WritesRotationsAndNamesThatNeedEscapes) {
   EXPECT_TRUE(back->joints()[1].origin.isApprox(robot->joints()[1].origin, 1e-14));
 }
 
-struct SpoiledXml {
-  const char* name;
-  const char* from;
-  const char* to;
-  const char* message;
-};
-
-class SpoiledUrdf : public testing::TestWithParam<SpoiledXml> {};
+class SpoiledUrdf : public testing::TestWithParam<Spoiled> {};
 
 TEST_P(SpoiledUrdf, IsRefusedWithLineAndReason) {
   EXPECT_THAT(urdf_refusal(replaced(kRobot, GetParam().from, GetParam().to)), HasSubstr(GetParam().message));
@@ -110,56 +104,55 @@ TEST_P(SpoiledUrdf, IsRefusedWithLineAndReason) {
 INSTANTIATE_TEST_SUITE_P(
     Urdf, SpoiledUrdf,
     testing::Values(
-        SpoiledXml{"ZeroMass", "mass value='1'", "mass value='0'",
-                   "arm.urdf:7: link lower: mass: found 0, expected a mass above 0 kg"},
-        SpoiledXml{"NegativeMass", "mass value='1'", "mass value='-2.5'", "arm.urdf:7: link lower: mass: found -2.5"},
-        SpoiledXml{"MassIsNoNumber", "mass value='1'", "mass value='heavy'",
-                   "arm.urdf:8: <mass> value: found \"heavy\", expected a finite number"},
-        SpoiledXml{"MassIsInfinite", "mass value='1'", "mass value='inf'", "found \"inf\", expected a finite number"},
-        SpoiledXml{"MassIsNan", "mass value='1'", "mass value='nan'", "found \"nan\", expected a finite number"},
-        SpoiledXml{"MassTooLargeForADouble", "mass value='1'", "mass value='1e999'",
-                   "found \"1e999\", expected a finite number"},
-        SpoiledXml{"NoMass", "<mass value='1'/>", "", "arm.urdf:8: found <inertial> without <mass>"},
-        SpoiledXml{"NoInertia", "<inertia ixx='0.01' ixy='0' ixz='0' iyy='0.05' iyz='0' izz='0.05'/>", "",
-                   "without <inertia>"},
-        SpoiledXml{"InertiaLacksAnEntry", "iyy='0.05' iyz='0' izz='0.05'", "iyy='0.05' iyz='0'",
-                   "<inertia> without izz"},
-        SpoiledXml{"TriangleInequality", "iyy='0.05'", "iyy='0.5'",
-                   "arm.urdf:7: link lower: inertia: found principal moments 0.01, 0.05 and 0.5"},
-        SpoiledXml{"NegativeInertia", "ixx='0.01' ixy='0' ixz='0' iyy='0.05'", "ixx='-0.01' ixy='0' ixz='0' iyy='0.05'",
-                   "none below 0"},
-        SpoiledXml{"TwoNumbersForThree", "xyz='1 0 0'", "xyz='1 0'", "found \"1 0\", expected 3 finite numbers"},
-        SpoiledXml{"FloatingJoint", "name='b' type='revolute'", "name='b' type='floating'",
-                   "arm.urdf:11: joint b: type: found \"floating\", expected revolute, continuous, prismatic or fixed"},
-        SpoiledXml{"PlanarJoint", "name='b' type='revolute'", "name='b' type='planar'", "found \"planar\""},
-        SpoiledXml{"JointTwice", "joint name='b'", "joint name='a'", "arm.urdf:11: found the joint \"a\" twice"},
-        SpoiledXml{"LinkTwice", "link name='lower'", "link name='upper'", "arm.urdf:7: found the link \"upper\" twice"},
-        SpoiledXml{"NoSuchLink", "child link='lower'", "child link='lowest'",
-                   "joint b: child: found the link \"lowest\", which does not exist, expected base, upper or lower"},
-        SpoiledXml{"TwoParents", "<parent link='upper'/><child link='lower'/>",
-                   "<parent link='base'/><child link='upper'/>", "as the child of a second joint"},
-        SpoiledXml{"Cycle", "<parent link='base'/><child link='upper'/>", "<parent link='lower'/><child link='upper'/>",
-                   "cycle"},
-        SpoiledXml{"TwoRoots", "<link name='base'/>", "<link name='base'/><link name='other'/>",
-                   "link other: found a second link without a parent"},
-        SpoiledXml{"ZeroAxis", "<origin xyz='1 0 0'/><axis xyz='0 -1 0'/>", "<origin xyz='1 0 0'/><axis xyz='0 0 0'/>",
-                   "joint b: axis: found length 0"},
-        SpoiledXml{"NoLimit", "<limit lower='-2' upper='2' effort='50' velocity='1'/>", "",
-                   "arm.urdf:11: joint b: found no <limit>"},
-        SpoiledXml{"LimitsReversed", "<limit lower='-2' upper='2' effort='50'",
-                   "<limit lower='2' upper='-2' effort='50'", "joint b: limit: found lower 2 above upper -2"},
-        SpoiledXml{"NoRobot", "<robot name='two'>", "<machine name='two'>", "</robot>"},
-        SpoiledXml{"SecondInertial", "<link name='upper'>",
-                   "<link name='upper'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
-                   "izz='1'/></inertial>",
-                   "a second <inertial>"},
-        SpoiledXml{"AttributeTwice", "mass value='1'", "mass value='1' value='2'",
-                   "the attribute \"value\" a second time"},
-        SpoiledXml{"TagNotClosed", "</link>", "", "arm.urdf"},
-        SpoiledXml{"Doctype", "<?xml version='1.0'?>", "<!DOCTYPE robot [<!ENTITY a 'b'>]>",
-                   "arm.urdf:1: found a declaration"},
-        SpoiledXml{"NotUtf8", "name='base'", "name='b\xff'", "arm.urdf:3: found the byte 0xff"},
-        SpoiledXml{"SecondRoot", "</robot>", "</robot><robot name='c'/>", "a second root"}),
+        Spoiled{"ZeroMass", "mass value='1'", "mass value='0'",
+                "arm.urdf:7: link lower: mass: found 0, expected a mass above 0 kg"},
+        Spoiled{"NegativeMass", "mass value='1'", "mass value='-2.5'", "arm.urdf:7: link lower: mass: found -2.5"},
+        Spoiled{"MassIsNoNumber", "mass value='1'", "mass value='heavy'",
+                "arm.urdf:8: <mass> value: found \"heavy\", expected a finite number"},
+        Spoiled{"MassIsInfinite", "mass value='1'", "mass value='inf'", "found \"inf\", expected a finite number"},
+        Spoiled{"MassIsNan", "mass value='1'", "mass value='nan'", "found \"nan\", expected a finite number"},
+        Spoiled{"MassTooLargeForADouble", "mass value='1'", "mass value='1e999'",
+                "found \"1e999\", expected a finite number"},
+        Spoiled{"NoMass", "<mass value='1'/>", "", "arm.urdf:8: found <inertial> without <mass>"},
+        Spoiled{"NoInertia", "<inertia ixx='0.01' ixy='0' ixz='0' iyy='0.05' iyz='0' izz='0.05'/>", "",
+                "without <inertia>"},
+        Spoiled{"InertiaLacksAnEntry", "iyy='0.05' iyz='0' izz='0.05'", "iyy='0.05' iyz='0'", "<inertia> without izz"},
+        Spoiled{"TriangleInequality", "iyy='0.05'", "iyy='0.5'",
+                "arm.urdf:7: link lower: inertia: found principal moments 0.01, 0.05 and 0.5"},
+        Spoiled{"NegativeInertia", "ixx='0.01' ixy='0' ixz='0' iyy='0.05'", "ixx='-0.01' ixy='0' ixz='0' iyy='0.05'",
+                "none below 0"},
+        Spoiled{"TwoNumbersForThree", "xyz='1 0 0'", "xyz='1 0'", "found \"1 0\", expected 3 finite numbers"},
+        Spoiled{"FloatingJoint", "name='b' type='revolute'", "name='b' type='floating'",
+                "arm.urdf:11: joint b: type: found \"floating\", expected revolute, continuous, prismatic or fixed"},
+        Spoiled{"PlanarJoint", "name='b' type='revolute'", "name='b' type='planar'", "found \"planar\""},
+        Spoiled{"JointTwice", "joint name='b'", "joint name='a'", "arm.urdf:11: found the joint \"a\" twice"},
+        Spoiled{"LinkTwice", "link name='lower'", "link name='upper'", "arm.urdf:7: found the link \"upper\" twice"},
+        Spoiled{"NoSuchLink", "child link='lower'", "child link='lowest'",
+                "joint b: child: found the link \"lowest\", which does not exist, expected base, upper or lower"},
+        Spoiled{"TwoParents", "<parent link='upper'/><child link='lower'/>",
+                "<parent link='base'/><child link='upper'/>", "as the child of a second joint"},
+        Spoiled{"Cycle", "<parent link='base'/><child link='upper'/>", "<parent link='lower'/><child link='upper'/>",
+                "cycle"},
+        Spoiled{"TwoRoots", "<link name='base'/>", "<link name='base'/><link name='other'/>",
+                "link other: found a second link without a parent"},
+        Spoiled{"ZeroAxis", "<origin xyz='1 0 0'/><axis xyz='0 -1 0'/>", "<origin xyz='1 0 0'/><axis xyz='0 0 0'/>",
+                "joint b: axis: found length 0"},
+        Spoiled{"NoLimit", "<limit lower='-2' upper='2' effort='50' velocity='1'/>", "",
+                "arm.urdf:11: joint b: found no <limit>"},
+        Spoiled{"LimitsReversed", "<limit lower='-2' upper='2' effort='50'", "<limit lower='2' upper='-2' effort='50'",
+                "joint b: limit: found lower 2 above upper -2"},
+        Spoiled{"NoRobot", "<robot name='two'>", "<machine name='two'>", "</robot>"},
+        Spoiled{"SecondInertial", "<link name='upper'>",
+                "<link name='upper'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
+                "izz='1'/></inertial>",
+                "a second <inertial>"},
+        Spoiled{"AttributeTwice", "mass value='1'", "mass value='1' value='2'",
+                "the attribute \"value\" a second time"},
+        Spoiled{"TagNotClosed", "</link>", "", "arm.urdf"},
+        Spoiled{"Doctype", "<?xml version='1.0'?>", "<!DOCTYPE robot [<!ENTITY a 'b'>]>",
+                "arm.urdf:1: found a declaration"},
+        Spoiled{"NotUtf8", "name='base'", "name='b\xff'", "arm.urdf:3: found the byte 0xff"},
+        Spoiled{"SecondRoot", "</robot>", "</robot><robot name='c'/>", "a second root"}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Urdf, MovedLinkWithoutMassIsRefused) {
