@@ -11,19 +11,19 @@ namespace lacuna {
 
 // ---- turns of vectors: about z, about x, and a quarter about x ----
 template <class T>
-Vec3<T> turned_z(const Vec3<T>& a, const T& c, const T& s) {
+[[gnu::always_inline]] inline Vec3<T> turned_z(const Vec3<T>& a, const T& c, const T& s) {
   return {c * a.x - s * a.y, s * a.x + c * a.y, a.z};
 }
 template <class T>
-Vec3<T> turned_back_z(const Vec3<T>& a, const T& c, const T& s) {
+[[gnu::always_inline]] inline Vec3<T> turned_back_z(const Vec3<T>& a, const T& c, const T& s) {
   return {c * a.x + s * a.y, c * a.y - s * a.x, a.z};
 }
 template <class T>
-Vec3<T> turned_x(const Vec3<T>& a, const T& c, const T& s) {
+[[gnu::always_inline]] inline Vec3<T> turned_x(const Vec3<T>& a, const T& c, const T& s) {
   return {a.x, c * a.y - s * a.z, s * a.y + c * a.z};
 }
 template <class T>
-Vec3<T> turned_back_x(const Vec3<T>& a, const T& c, const T& s) {
+[[gnu::always_inline]] inline Vec3<T> turned_back_x(const Vec3<T>& a, const T& c, const T& s) {
   return {a.x, c * a.y + s * a.z, c * a.z - s * a.y};
 }
 template <class T>
@@ -37,12 +37,12 @@ Vec3<T> quarter_back_x(const Vec3<T>& a) {
 
 // ---- turns of inertias ----
 template <class T>
-Sym3<T> turned_z(const Sym3<T>& m, const T& c, const T& s) {
+[[gnu::always_inline]] inline Sym3<T> turned_z(const Sym3<T>& m, const T& c, const T& s) {
   const T a = c * m.xx - s * m.xy, b = c * m.xy - s * m.yy, d = s * m.xx + c * m.xy, e = s * m.xy + c * m.yy;
   return {c * a - s * b, s * a + c * b, c * m.xz - s * m.yz, s * d + c * e, s * m.xz + c * m.yz, m.zz};
 }
 template <class T>
-Sym3<T> turned_x(const Sym3<T>& m, const T& c, const T& s) {
+[[gnu::always_inline]] inline Sym3<T> turned_x(const Sym3<T>& m, const T& c, const T& s) {
   const T a = c * m.yy - s * m.yz, b = c * m.yz - s * m.zz, d = s * m.yy + c * m.yz, e = s * m.yz + c * m.zz;
   return {m.xx, c * m.xy - s * m.xz, s * m.xy + c * m.xz, c * a - s * b, s * a + c * b, s * d + c * e};
 }
@@ -51,12 +51,12 @@ Sym3<T> quarter_x(const Sym3<T>& m) {
   return {m.xx, T(0.0) - m.xz, m.xy, m.zz, T(0.0) - m.yz, m.yy};
 }
 template <class T>
-Mat3<T> turned_z(const Mat3<T>& m, const T& c, const T& s) {
+[[gnu::always_inline]] inline Mat3<T> turned_z(const Mat3<T>& m, const T& c, const T& s) {
   const Vec3<T> a = turned_z(m.r0, c, s), b = turned_z(m.r1, c, s);
   return {c * a - s * b, s * a + c * b, turned_z(m.r2, c, s)};
 }
 template <class T>
-Mat3<T> turned_x(const Mat3<T>& m, const T& c, const T& s) {
+[[gnu::always_inline]] inline Mat3<T> turned_x(const Mat3<T>& m, const T& c, const T& s) {
   const Vec3<T> a = turned_x(m.r1, c, s), b = turned_x(m.r2, c, s);
   return {turned_x(m.r0, c, s), c * a - s * b, s * a + c * b};
 }
@@ -156,7 +156,7 @@ template <class T>
 
 /// a x r, r known to the mount apart from `slide` along z.
 template <class T>
-Vec3<T> cross_shift(const Mount& m, const Vec3<T>& a, const T& slide) {
+[[gnu::always_inline]] inline Vec3<T> cross_shift(const Mount& m, const Vec3<T>& a, const T& slide) {
   Vec3<T> out;
   if (m.shift.x() != 0.0) out.y = a.z * T(m.shift.x()), out.z = T(0.0) - a.y * T(m.shift.x());
   if (m.shift.y() != 0.0) out.x = T(0.0) - a.z * T(m.shift.y()), out.z = out.z + a.x * T(m.shift.y());

@@ -16,6 +16,7 @@ inline ParameterInfo creep_speed() {
 /// -size tanh(v / v0) where v0 > 0, else nothing (the exact sign is the rollout's business).
 template <class T>
 T creeping(const T& size, const T& v0, const T& v) {
+  if (!any(v0 > T(0.0))) return T(0.0);  // the commonest case, and tanh is dear
   const T soft = T(0.0) - size * tanh(v / max(v0, T(1e-9)));
   return select(v0 > T(0.0), soft, T(0.0));
 }
