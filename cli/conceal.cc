@@ -203,7 +203,8 @@ void add_conceal(CLI::App& app, Session& session) {
                      "Share by which each free parameter is moved, LEAST..MOST (default: 0.1..0.3)");
   command
       .add_option("--visibility", flags->visibility,
-                  "Sets strengths so that each effect alone leaves this many times the noise after a plain refit")
+                  "Sets strengths so that each effect alone leaves this many times the noise after a plain refit (of\n"
+                  "springs and gaps: after one in which the joint may also have the inertia behind them)")
       ->check(CLI::Range(1e-3, 1e4));
   command.add_option("--recordings", flags->recordings, "Recordings in which a payload is carried (default: all)")
       ->delimiter(',');

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/candidates.h"
 #include "ga/least_squares.h"
 #include "ga/random.h"
 #include "scenarios/error.h"
@@ -203,7 +204,8 @@ std::vector<TrueMachine::Channels> TrueMachine::motion(std::span<const int> segm
 }
 
 std::pair<double, double> TrueMachine::visibility(const std::vector<EffectSpec>& effects,
-                                                  const std::vector<OutsidePhysics>& others, double tolerance) const {
+                                                  const std::vector<OutsidePhysics>& others, double tolerance,
+                                                  const std::vector<EffectSpec>& besides) const {
   const std::vector<Channels> moved = motion(train_, effects, others, tolerance);
   Experiment seen = experiment_;
   for (std::size_t i = 0; i < train_.size(); ++i) {
@@ -219,12 +221,21 @@ std::pair<double, double> TrueMachine::visibility(const std::vector<EffectSpec>&
   simulator.max_step = choose_step(plain_, seen, simulator, values_).step;
   std::vector<double> weights;
   for (const Channel& channel : seen.channels) weights.push_back(channel.noise);
-  Problem problem(plain_, seen, space_, simulator, weights);
-  const std::vector<double> start = space_.contract(values_);
+  const PlantModel model = plain_.with_effects(besides);
+  SearchSpace space = space_;
+  std::vector<double> start = space_.contract(values_);
+  for (std::size_t k = 0; k < besides.size(); ++k) {
+    const Component& component = model.effects()[plain_.effects().size() + k];
+    for (const Axis& axis : effect_axes(model, seen, component, besides[k])) {
+      space.add(model, axis);
+      start.push_back(axis.start);
+    }
+  }
+  Problem problem(model, seen, space, simulator, weights);
   const Eigen::VectorXd raw = problem.residual(start, train_);
   const auto rms = [](double squares, Eigen::Index n) { return std::sqrt(squares / static_cast<double>(n)); };
   double left = raw.squaredNorm();
-  if (space_.size() > 0) {
+  if (space.size() > 0) {
     LeastSquaresOptions finish;
     finish.iterations = kRefitIterations;
     finish.polish = false;
@@ -238,8 +249,11 @@ void TrueMachine::set_strengths() {
   if (!options_.visibility) return;
   for (Hidden& effect : hidden) {
     const std::string name = effect.asked().effect + " at " + effect.asked().place;
+    // A spring is hidden only if it shows, and not merely the inertia behind it: nobody could name it by that.
+    std::vector<EffectSpec> besides;
+    if (effect.contains() != nullptr) besides.push_back({effect.contains(), effect.asked().place, {}, {}, "--effect"});
     effect.scale(factor_for(*options_.visibility, name, [&](double factor) {
-      return visibility({effect.spec(factor)}, {}, kRoughTolerance).second;
+      return visibility({effect.spec(factor)}, {}, kRoughTolerance, besides).second;
     }));
   }
   for (OutsidePhysics& physics : outside) {

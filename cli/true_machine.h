@@ -24,6 +24,7 @@ class Hidden {
 
   const HiddenEffect& asked() const { return asked_; }
   double strength() const;  ///< the leading parameter
+  const char* contains() const { return info_.contains; }
   /// The effect `factor` times as strong.
   EffectSpec spec(double factor) const;
   void scale(double factor);
@@ -56,9 +57,11 @@ class TrueMachine {
   /// [segment][channel][sample], noise-free.
   std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
                                const std::vector<OutsidePhysics>& others, double tolerance) const;
-  /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted.
+  /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted, together
+  /// with `besides` where given.
   std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
-                                       const std::vector<OutsidePhysics>& others, double tolerance) const;
+                                       const std::vector<OutsidePhysics>& others, double tolerance,
+                                       const std::vector<EffectSpec>& besides = {}) const;
   /// Scales each effect to what the options ask of its visibility. Throws WorkError where that cannot be reached.
   void set_strengths();
 

@@ -8,7 +8,7 @@ namespace lacuna {
 /// link gets nothing, and that side crosses the gap against the actuator's own damper and spring. Neutral at gap = 0.
 struct Backlash : SideOfItsOwn<Backlash> {
   static EffectInfo info() {
-    return {
+    EffectInfo info{
         "backlash",
         "Backlash",
         Where::joint,
@@ -28,6 +28,8 @@ struct Backlash : SideOfItsOwn<Backlash> {
           Coordinate::logarithm},
          side_inertia(),
          spring_damping()}};
+    info.contains = "armature";
+    return info;
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {

@@ -8,24 +8,26 @@ namespace lacuna {
 /// joint by load/k, and a command arrives late by about D/k. Neutral at k = infinity.
 struct JointCompliance : SideOfItsOwn<JointCompliance> {
   static EffectInfo info() {
-    return {"joint_compliance",
-            "Joint compliance",
-            Where::joint,
-            "tau = k (theta - q) + c (theta' - v); J theta'' = K u - D theta' - S (theta - rest) - tau",
-            "the joint gives under load; ringing, phase",
-            "stiffness, actuator_lag, input_delay",
-            "M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987)",
-            {{"k",
-              "N m/rad",
-              HUGE_VAL,
-              1e-6,
-              HUGE_VAL,
-              "stiffness of the spring",
-              Scale::stiffness,
-              {100.0, 10.0},
-              Coordinate::inverse},
-             side_inertia(),
-             spring_damping()}};
+    EffectInfo info{"joint_compliance",
+                    "Joint compliance",
+                    Where::joint,
+                    "tau = k (theta - q) + c (theta' - v); J theta'' = K u - D theta' - S (theta - rest) - tau",
+                    "the joint gives under load; ringing, phase",
+                    "stiffness, actuator_lag, input_delay",
+                    "M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987)",
+                    {{"k",
+                      "N m/rad",
+                      HUGE_VAL,
+                      1e-6,
+                      HUGE_VAL,
+                      "stiffness of the spring",
+                      Scale::stiffness,
+                      {100.0, 10.0},
+                      Coordinate::inverse},
+                     side_inertia(),
+                     spring_damping()}};
+    info.contains = "armature";
+    return info;
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
