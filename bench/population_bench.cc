@@ -2,7 +2,9 @@
 // an odd number of packs, and one of whole packs; and what the machine itself gives to a second thread.
 #include <benchmark/benchmark.h>
 
-#include <memory>
+#include <algorithm>
+#include <chrono>
+#include <functional>
 #include <thread>
 #include <vector>
 
@@ -58,21 +60,37 @@ BENCHMARK(population_cost)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// The same work by threads that share nothing, each with a population of its own: what the machine has to give to a
-/// second thread at the time, and so the bound for the scaling of population_cost.
-void populations_apart(benchmark::State& bench) {
-  constexpr int kSize = 256;
-  const int threads = static_cast<int>(bench.range(0));
-  std::vector<std::unique_ptr<Population>> parts;
-  for (int k = 0; k < threads; ++k) parts.push_back(std::make_unique<Population>(kSize / threads, 1));
-  for (auto _ : bench) {
-    std::vector<std::thread> team;
-    for (const auto& part : parts) team.emplace_back([&part] { part->evaluate(); });
-    for (std::thread& one : team) one.join();
-  }
-  bench.SetItemsProcessed(bench.iterations() * kSize);
+double seconds_of(const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
-BENCHMARK(populations_apart)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What a second thread gains: one thread and two in turns, so that a machine that slows down slows down for both.
+/// `apart` is the same work by two threads that share nothing, each with half of the population as its own: what the
+/// machine has to give to a second thread at the time, and so the bound for `gain`.
+void second_thread(benchmark::State& bench) {
+  const int size = static_cast<int>(bench.range(0));
+  Population one(size, 1), two(size, 2), left(size / 2, 1), right(size - size / 2, 1);
+  std::vector<double> gain, apart;
+  for (auto _ : bench) {
+    const double alone = seconds_of([&] { one.evaluate(); });
+    gain.push_back(alone / seconds_of([&] { two.evaluate(); }));
+    apart.push_back(alone / seconds_of([&] {
+                      std::jthread other([&] { right.evaluate(); });
+                      left.evaluate();
+                    }));
+  }
+  bench.counters["gain"] = median(gain);
+  bench.counters["apart"] = median(apart);
+}
+BENCHMARK(second_thread)->ArgName("population")->Arg(70)->Arg(256)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace lacuna::bench
