@@ -48,13 +48,13 @@ Candidate candidate_from(const Json& j) {
 }
 
 Json to_json(const Finding& f) {
-  Json out = {
-      {"effect", f.effect},
-      {"place", f.place},
-      {"members", f.members},
-      {"recordings", f.recordings},
-      {"regions", f.regions},
-      {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share, f.stability})}};
+  Json out = {{"effect", f.effect},
+              {"place", f.place},
+              {"members", f.members},
+              {"recordings", f.recordings},
+              {"regions", f.regions},
+              {"numbers", exact({f.probability, f.p_value, f.heldout_gain, f.heldout_error, f.heldout_share,
+                                 f.stability, f.outside})}};
   for (const Rival& r : f.rivals)
     out["rivals"].push_back(
         {r.effect, r.place, exact_text(r.probability), exact_by_name(r.fixed), exact(r.own), r.recordings});
@@ -72,7 +72,7 @@ Finding finding_from(const Json& j) {
   f.fixed = named_numbers(j.at("fixed"));
   const std::vector<double> n = numbers(j.at("numbers"));
   f.probability = n.at(0), f.p_value = n.at(1), f.heldout_gain = n.at(2);
-  f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5);
+  f.heldout_error = n.at(3), f.heldout_share = n.at(4), f.stability = n.at(5), f.outside = n.at(6);
   for (const Json& r : j.value("rivals", Json::array()))
     f.rivals.push_back({r.at(0), r.at(1), exact_number(r.at(2)), named_numbers(r.at(3)), numbers(r.at(4)),
                         r.at(5).get<std::vector<std::string>>()});

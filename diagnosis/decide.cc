@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/kin.h"
 #include "diagnosis/partial.h"
 #include "scenarios/error.h"
 
@@ -18,9 +20,10 @@ constexpr double kPromising = 0.9;  ///< share of energy left under which a star
 constexpr std::size_t kShortlist = 4;
 constexpr double kDisappointing = 1.5;      ///< energy left over the promised one
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
-constexpr double kAtEnd = 1e-6;             ///< of a parameter's typical size
-constexpr double kNearly = 0.95;            ///< share of the best one's share of energy
-constexpr double kOneNat = 2.0;             ///< energy over noise that a log-likelihood of 1 is worth
+constexpr int kKinRounds = 3;
+constexpr double kAtEnd = 1e-6;   ///< of a parameter's typical size
+constexpr double kNearly = 0.95;  ///< share of the best one's share of energy
+constexpr double kOneNat = 2.0;   ///< energy over noise that a log-likelihood of 1 is worth
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -165,13 +168,25 @@ class Judge {
     return free;
   }
 
+  /// A special case of `tried`, or an effect that it is a special case of, re-identified from where it stands; with its
+  /// optional shapes and without.
+  std::vector<Tried> kin_of(const Tried& tried, const EffectInfo& kin) {
+    std::vector<Tried> out;
+    for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, experiment_, simulator_)) {
+      out.push_back(weigh(std::move(start)));
+      if (!refit(out.back())) out.pop_back();
+    }
+    return out;
+  }
+
   std::string objection(const Tried& tried) const {
     if (!tried.finite()) return "a parameter is not finite";
     if (tried.at_end(experiment_)) return "a parameter at the end of its range";
-    if (tried.p_value > kChance) return fmt::format("chance on the train recordings {:.2g}", tried.p_value);
+    if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);
     if (validate_.empty()) return "no validate recording to prove it on";
-    if (!(tried.heldout.gain > kStandardErrors * tried.heldout.error)) {
-      return fmt::format("held-out gain {:.1f} +- {:.1f}", tried.heldout.gain, tried.heldout.error);
+    if (!held_out(tried.heldout)) {
+      return fmt::format("held-out gain {:.1f}, {:.1f} standard errors its way", tried.heldout.gain,
+                         tried.heldout.standard_errors);
     }
     if (const double share = share_of_excess(tried); share < kLeastShare) {
       return fmt::format("removes {:.2g} of the held-out energy above the noise", share);
@@ -247,6 +262,7 @@ class Judge {
     Problem problem(tried.model.model, experiment_, tried.model.space, simulator_, current_.weights);
     const Eigen::VectorXd after = problem.residual(tried.model.fit.point, validate_);
     tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_));
+    tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tried.heldout, tries_);
   }
 
   const CurrentModel& current_;
@@ -312,6 +328,7 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
   out.recordings = best.effect.spec.recordings;
   out.fixed = best.effect.spec.parameters;
   out.probability = probability[winner];
+  out.outside = 1.0 - std::accumulate(probability.begin(), probability.end(), 0.0);
   out.p_value = best.p_value;
   out.heldout_gain = best.heldout.gain;
   out.heldout_error = best.heldout.error;
@@ -363,6 +380,42 @@ void refit_promising(Judge& judge, std::vector<Tried>& tried) {
   }
 }
 
+/// Puts it in place of itself where it is the better end.
+void take_in(std::vector<Tried>& tried, Tried found) {
+  const auto same = std::find_if(tried.begin(), tried.end(), [&](const Tried& t) {
+    return t.effect.spec.effect == found.effect.spec.effect && t.effect.spec.place == found.effect.spec.place &&
+           t.effect.spec.recordings == found.effect.spec.recordings && t.effect.parameters == found.effect.parameters;
+  });
+  if (same == tried.end()) {
+    tried.push_back(std::move(found));
+  } else if (found.effect.residual.squaredNorm() < same->effect.residual.squaredNorm()) {
+    *same = std::move(found);
+  }
+}
+
+/// The strongest one's kin, those that do not do as well yet, from where it stands; and again if one of them is the
+/// strongest then.
+void refit_kin(Judge& judge, const CurrentModel& current, std::vector<Tried>& tried, double integration_error) {
+  std::string last;
+  for (int round = 0; round < kKinRounds && !tried.empty(); ++round) {
+    const Tried strongest = tried.front();
+    const EffectSpec& spec = strongest.effect.spec;
+    if (!strongest.refitted || strongest.p_value > kChance || spec.effect == last) return;
+    last = spec.effect;
+    const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(spec.effect))];
+    for (const EffectInfo& kin : effect_table()) {
+      if (!are_kin(info, kin) || current.model.find_effect_at(kin.name, spec.place) >= 0) continue;
+      const bool as_good = std::any_of(tried.begin(), tried.end(), [&](const Tried& t) {
+        return t.effect.spec.effect == kin.name && t.effect.spec.place == spec.place &&
+               t.effect.residual.squaredNorm() <= strongest.effect.residual.squaredNorm();
+      });
+      if (as_good) continue;
+      for (Tried& found : judge.kin_of(strongest, kin)) take_in(tried, std::move(found));
+    }
+    sort_by_evidence(tried, integration_error);
+  }
+}
+
 /// Candidates that explain nearly as much as the best one are told apart by little: by less than the integration error at
 /// the present model's step, if one of them needs a finer one. Then they are re-identified at that.
 void sharpen(Judge& judge, std::vector<Tried>& tried) {
@@ -377,6 +430,17 @@ void sharpen(Judge& judge, std::vector<Tried>& tried) {
   if (close.empty() || step >= judge.step()) return;
   judge.set_step(step);
   for (Tried* t : close) judge.follow(*t);
+}
+
+std::optional<Branch> branch_of(const std::vector<Tried>& tried, std::size_t winner, std::uint64_t seed) {
+  const EffectSpec& kept = tried[winner].effect.spec;
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    const Tried& t = tried[k];
+    if (t.refitted && t.objection.empty() && t.effect.spec.effect != kept.effect && t.effect.spec.place == kept.place &&
+        t.effect.spec.recordings == kept.recordings && t.effect.parameters < tried[winner].effect.parameters)
+      return Branch{make_finding(tried, k, seed), t.model};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -397,10 +461,10 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
     if (std::optional<Tried> free = judge.freed(tried.front())) tried.push_back(std::move(*free));
   }
   sort_by_evidence(tried, options.integration_error);
+  refit_kin(judge, current, tried, options.integration_error);
   sharpen(judge, tried);
   sort_by_evidence(tried, options.integration_error);
-  Decision out{{}, std::nullopt, current, options.simulator};
-  out.simulator.max_step = judge.step();
+  Decision out{{}, std::nullopt, current, options.simulator, std::nullopt};
   std::optional<std::size_t> winner;
   for (std::size_t k = 0; k < tried.size(); ++k) {
     tried[k].objection = judge.objection(tried[k]);
@@ -409,11 +473,14 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
       tried[k].objection = judge.objection(tried[k]);
     }
     const bool can = tried[k].objection.empty();
-    out.candidates.push_back(candidate_record(tried[k], can && winner ? "less evidence" : tried[k].objection));
+    out.candidates.push_back(candidate_record(tried[k], can && winner ? kLessEvidence : tried[k].objection));
     if (can && !winner) winner = k;
   }
   if (!winner) return out;
+  // A rival's finer step served the comparison only.
+  out.simulator.max_step = std::max(judge.step(), std::min(out.simulator.max_step, judge.step_for(tried[*winner])));
   out.finding = make_finding(tried, *winner, options.seed);
+  out.branch = branch_of(tried, *winner, options.seed);
   out.model = tried[*winner].model;
   refine(out.model, experiment, out.simulator, options.control);
   return out;

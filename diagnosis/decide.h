@@ -1,8 +1,9 @@
 // Steps 3 and 4: which screened effect, if any, is better than chance on recordings that were not fitted.
 //
 // An effect is kept only if all of these hold:
-//  - the train gain's chance under no effect, times everything that was tried (Bonferroni), is under 1 in 100;
-//  - the validate recordings gain more than two standard errors over blocks;
+//  - the chance of its gain under no effect, that on the train recordings and that on the validate recordings together
+//    (Fisher), times everything that was tried (Bonferroni), is under 1 in 100;
+//  - the validate recordings gain, and go its way by more than two standard errors of what noise would;
 //  - it removes at least a quarter of the energy that stands above the noise on the validate recordings (of all energy
 //    where the noise is unknown): what explains less is not the explanation, and the rest stays reported as unknown;
 //  - none of its own numbers was driven to the end of its range.
@@ -22,9 +23,14 @@
 
 namespace lacuna {
 
-constexpr double kChance = 0.01;         ///< of a train gain, under no effect
-constexpr double kStandardErrors = 2.0;  ///< of a held-out gain, that it must exceed
+constexpr double kChance = 0.01;         ///< of a gain, under no effect
+constexpr double kStandardErrors = 2.0;  ///< by which held-out recordings must go the way of an effect
 constexpr double kClassLoss = 3.0;       ///< evidence within this of the winner's: not separated (odds 20 to 1)
+
+constexpr const char* kLessEvidence = "less evidence";  ///< note of a candidate that could have been kept
+
+/// Whether recordings that were not fitted speak for it.
+inline bool held_out(const HeldoutGain& g) { return g.gain > 0.0 && g.standard_errors > kStandardErrors; }
 
 struct DecideOptions {
   SimulatorOptions simulator;
@@ -34,11 +40,19 @@ struct DecideOptions {
   double integration_error = 0.0;  ///< rms over the noise's, at the step in use
 };
 
+/// A candidate with fewer numbers than the one kept that could stand in the same place: with another effect beside it, it may
+/// be the truth that the one kept imitates.
+struct Branch {
+  Finding finding;
+  CurrentModel model;
+};
+
 struct Decision {
   std::vector<Candidate> candidates;  ///< everything tried, most evidence first
   std::optional<Finding> finding;     ///< the one kept
   CurrentModel model;                 ///< with it, refitted; the present one if none was kept
   SimulatorOptions simulator;         ///< with the step at which that was decided
+  std::optional<Branch> branch;       ///< the one with the most evidence, if any
 };
 
 Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,

@@ -42,6 +42,8 @@ struct Finding {
   std::string effect, place;
   double probability = 0.0;             ///< of this effect at this place, among all that were tried, chance, and
                                         ///< what the catalogue does not hold (Unexplained::probability)
+  double outside = 0.0;                 ///< probability of what takes no part in the contest of rivals: that it came
+                                        ///< about by chance, or stands for two effects (or they for one)
   std::vector<Rival> rivals;            ///< most probable first
   std::vector<std::string> members;     ///< the class: effects that the data do not separate from it, itself first
   std::vector<Estimate> parameters;     ///< names without the place ("Fc")
@@ -51,13 +53,13 @@ struct Finding {
     std::string recording;
     double begin = 0.0, end = 0.0;  ///< s
   };
-  std::vector<Interval> times;           ///< where the residual that it removes is largest
-  std::vector<std::string> regions;      ///< in words
-  double p_value = 1.0;                  ///< of the train gain, corrected for everything that was tried
-  double heldout_gain = 0.0;             ///< log-likelihood gained on the validate recordings
-  double heldout_error = 0.0;            ///< its standard error over blocks
-  double heldout_share = 0.0;            ///< share of the validate residual energy removed
-  double stability = 0.0;                ///< share of block resamples in which it beats the best rival elsewhere
+  std::vector<Interval> times;       ///< where the residual that it removes is largest
+  std::vector<std::string> regions;  ///< in words
+  double p_value = 1.0;              ///< of train and held-out gain together, corrected for everything that was tried
+  double heldout_gain = 0.0;         ///< log-likelihood gained on the validate recordings
+  double heldout_error = 0.0;        ///< its standard error
+  double heldout_share = 0.0;        ///< share of the validate residual energy removed
+  double stability = 0.0;            ///< share of block resamples in which it beats the best rival elsewhere
   std::optional<Separation> separation;  ///< where the class has several members
 };
 

@@ -19,6 +19,12 @@ constexpr double kFamilyError = 1e-3;  ///< chance of any joint flagged on well-
 constexpr double kNegligible = 0.05;   ///< excess variance under this share of the noise's is not mentioned
 constexpr int kResamples = 400;
 
+std::map<int, std::vector<ResidualBlock>> by_channel(std::span<const ResidualBlock> blocks) {
+  std::map<int, std::vector<ResidualBlock>> out;
+  for (const ResidualBlock& block : blocks) out[block.channel].push_back(block);
+  return out;
+}
+
 }  // namespace
 
 double Gain::at(const Gain& reference) const {
@@ -31,10 +37,8 @@ double Gain::at(const Gain& reference) const {
 
 Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks) {
   Gain out;
-  std::map<int, std::vector<ResidualBlock>> channels;
-  for (const ResidualBlock& block : blocks) channels[block.channel].push_back(block);
   double energy_before = 0.0, energy_after = 0.0;
-  for (const auto& [channel, members] : channels) {
+  for (const auto& [channel, members] : by_channel(blocks)) {
     double a = 0.0, b = 0.0;
     for (const ResidualBlock& block : members) {
       a += before.segment(block.first, block.count).squaredNorm();
@@ -53,21 +57,17 @@ Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, 
   return out;
 }
 
-HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                         std::span<const ResidualBlock> blocks) {
-  HeldoutGain out;
-  if (blocks.empty() || !after.allFinite()) return out;
-  const Gain whole = residual_gain(before, after, blocks);
-  out.gain = whole.log_likelihood;
-  out.whole = whole;
-  out.share = whole.share;
+namespace {
+
+/// Each block's own logarithm of energies: a few seconds in which the plain model goes far astray do not decide alone.
+std::vector<double> block_gains(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                                std::span<const ResidualBlock> blocks) {
   std::map<int, Eigen::Index> samples;  // per segment
   Eigen::Index total = 0;
   for (const ResidualBlock& block : blocks) {
     if (samples.emplace(block.segment, block.count).second) total += block.count;
   }
   const Eigen::Index length = std::max<Eigen::Index>(1, std::min<Eigen::Index>(100, total / kFewestBlocks));
-  // Each block's own logarithm of energies: a few seconds in which the plain model goes far astray do not decide alone.
   std::map<std::pair<int, Eigen::Index>, double> sums;
   for (const ResidualBlock& block : blocks) {
     for (Eigen::Index first = 0; first < block.count; first += length) {
@@ -77,17 +77,42 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
       if (a > 0.0 && b > 0.0) sums[{block.segment, first / length}] += 0.5 * static_cast<double>(n) * std::log(a / b);
     }
   }
-  for (const auto& [key, sum] : sums) out.blocks.push_back(sum);
-  const double n = static_cast<double>(out.blocks.size());
-  if (n < 3.0) return out;
-  double mean = 0.0, squares = 0.0;
-  for (const double d : out.blocks) mean += d / n;
-  for (const double d : out.blocks) squares += (d - mean) * (d - mean);
-  const double error = std::sqrt(squares / (n * (n - 1.0)));
-  if (!(error > 0.0)) return out;
-  const boost::math::students_t student(n - 1.0);
-  out.p_value = boost::math::cdf(boost::math::complement(student, mean / error));
-  out.error = std::fabs(out.gain) * error / std::max(std::fabs(mean), 1e-300);
+  std::vector<double> out;
+  for (const auto& [key, sum] : sums) out.push_back(sum);
+  return out;
+}
+
+}  // namespace
+
+HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                         std::span<const ResidualBlock> blocks) {
+  HeldoutGain out;
+  if (blocks.empty() || !after.allFinite()) return out;
+  out.whole = residual_gain(before, after, blocks);
+  out.gain = out.whole.log_likelihood;
+  out.share = out.whole.share;
+  out.blocks = block_gains(before, after, blocks);
+  double product = 0.0, variance = 0.0, error = 0.0;
+  std::size_t index = 0;
+  for (const auto& [channel, members] : by_channel(blocks)) {
+    double a = 0.0, b = 0.0, along = 0.0, change = 0.0;
+    for (const ResidualBlock& block : members) {
+      const auto r = before.segment(block.first, block.count), rest = after.segment(block.first, block.count);
+      a += r.squaredNorm(), b += rest.squaredNorm();
+      along += (r - rest).dot(r), change += (r - rest).squaredNorm();
+    }
+    const double n = out.whole.channels[index++].effective;
+    if (!(a > 0.0) || !(b > 0.0)) continue;
+    product += n * along / b;
+    variance += n * change / b;
+    error += n * change * b / (a * a);
+  }
+  if (!(variance > 0.0)) return out;
+  out.error = std::sqrt(error);
+  out.standard_errors = product / std::sqrt(variance);
+  // As far as a double holds the chance.
+  out.p_value =
+      boost::math::cdf(boost::math::complement(boost::math::normal(), std::clamp(out.standard_errors, -35.0, 35.0)));
   return out;
 }
 
@@ -95,6 +120,12 @@ double chance(double gain, int parameters, int tries) {
   if (!(gain > 0.0)) return 1.0;
   const boost::math::chi_squared law(parameters);
   return std::min(1.0, tries * boost::math::cdf(boost::math::complement(law, std::min(2.0 * gain, 1e8))));
+}
+
+double chance(double gain, int parameters, const HeldoutGain& heldout, int tries) {
+  const double product = chance(gain, parameters, 1) * heldout.p_value;
+  if (!(product > 0.0)) return 0.0;
+  return std::min(1.0, tries * product * (1.0 - std::log(product)));  // the tail of chi-square with four numbers
 }
 
 double stability(std::span<const double> first, std::span<const double> second, std::uint64_t seed) {
@@ -146,10 +177,8 @@ std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std:
 }
 
 std::vector<Autocorrelation> autocorrelations(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) {
-  std::map<int, std::vector<ResidualBlock>> channels;
-  for (const ResidualBlock& block : blocks) channels[block.channel].push_back(block);
   std::vector<Autocorrelation> out;
-  for (const auto& [channel, members] : channels) {
+  for (const auto& [channel, members] : by_channel(blocks)) {
     double energy = 0.0, sum = 0.0;
     Autocorrelation found{channel, 0.0, std::vector<double>(kLags, 0.0), 1.0};
     for (const ResidualBlock& block : members) {

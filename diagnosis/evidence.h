@@ -26,12 +26,16 @@ struct Gain {
 };
 Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks);
 
-/// The gain on held-out recordings, and whether it is more than luck: log energy ratios block by block (about one second
-/// each, at least 20 blocks), the standard error of their mean carried over to the gain, and the one-sided chance of such
-/// a mean without any effect (Student, over the blocks).
+/// The gain on held-out recordings, and whether it is more than luck. How the prediction changes, d, was settled on other
+/// recordings: without any effect its sum of products with the residual before has mean 0 and the variance of noise sent
+/// through it. `standard_errors` is that sum over its standard deviation, channels weighed by the noise that they are left
+/// with, slow noise counted at its effective samples; `p_value` its one-sided normal chance. It asks for the direction
+/// only: whether the size is right, too, says the sign of `gain`.
 struct HeldoutGain {
-  double gain = 0.0, error = 0.0, p_value = 1.0, share = 0.0;
-  std::vector<double> blocks;
+  double gain = 0.0, share = 0.0;
+  double error = 0.0;  ///< standard error of the gain if the effect is there
+  double standard_errors = 0.0, p_value = 1.0;
+  std::vector<double> blocks;  ///< gains of about one second each, at least 20 of them
   Gain whole;
 };
 HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
@@ -40,6 +44,8 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
 /// Chance that an effect with `parameters` free numbers gains this much log-likelihood where there is none
 /// (Wilks: twice the gain is chi-square), times `tries` (Bonferroni).
 double chance(double gain, int parameters, int tries);
+/// The same together with what held-out recordings say: the product of both chances (Fisher), times `tries`.
+double chance(double gain, int parameters, const HeldoutGain& heldout, int tries);
 
 /// Share of block resamples in which the first one's held-out sum exceeds the second's.
 double stability(std::span<const double> first, std::span<const double> second, std::uint64_t seed);

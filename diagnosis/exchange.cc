@@ -25,9 +25,35 @@ struct Entrant {
 
 /// Both residuals of a model, in the weights of another.
 struct Seen {
+  Seen(const CurrentModel& model, const CurrentModel& weighed_by, const Experiment& experiment,
+       const SimulatorOptions& options) {
+    Problem problem(model.model, experiment, model.space, options, weighed_by.weights);
+    train = problem.residual(model.fit.point, experiment.with_role(Role::train));
+    const std::vector<int> held_out = experiment.with_role(Role::validate);
+    if (!held_out.empty()) validate = problem.residual(model.fit.point, held_out);
+  }
+
   Eigen::VectorXd train, validate;
   double energy() const { return train.squaredNorm() + validate.squaredNorm(); }
 };
+
+/// Log-likelihood that `other` is worth over `standing`, negative where it is worse, at the effective samples of the better
+/// of the two, less Schwarz's penalty for each of its `parameters` more.
+double evidence_of(const Seen& standing, const Seen& other, double parameters, const CurrentModel& current,
+                   const Experiment& experiment, const SimulatorOptions& options) {
+  const Problem problem(current.model, experiment, current.space, options, current.weights);
+  const bool better = other.energy() < standing.energy();
+  const Seen &worse = better ? standing : other, &best = better ? other : standing;
+  const Gain train = residual_gain(worse.train, best.train, problem.layout(experiment.with_role(Role::train)));
+  double gain = train.log_likelihood;
+  const std::vector<int> held_out = experiment.with_role(Role::validate);
+  if (!held_out.empty()) gain += residual_gain(worse.validate, best.validate, problem.layout(held_out)).log_likelihood;
+  return (better ? gain : -gain) - 0.5 * parameters * std::log(std::max(2.0, train.effective));
+}
+
+double more_parameters(const CurrentModel& other, const CurrentModel& standing) {
+  return static_cast<double>(other.space.size()) - static_cast<double>(standing.space.size());
+}
 
 class Arena {
  public:
@@ -42,7 +68,7 @@ class Arena {
 
   /// The rivals of finding k in its place, those that can be simulated, most evidence first.
   std::vector<Entrant> contest(std::size_t k, const CurrentModel& current, const std::vector<Finding>& findings) const {
-    const Seen standing = seen(current, current);
+    const Seen standing(current, current, experiment_, options_);
     std::vector<Entrant> out;
     for (const Rival& rival : findings[k].rivals) {
       const bool there = std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
@@ -52,9 +78,9 @@ class Arena {
       std::optional<CurrentModel> model =
           exchanged(k, rival, plain_, current, findings, experiment_, options_, control_);
       if (!model) continue;
-      const double parameters = static_cast<double>(model->space.size()) - static_cast<double>(current.space.size());
-      const auto [gain, effective] = gain_of(standing, seen(*model, current), current);
-      const double evidence = gain - 0.5 * parameters * std::log(std::max(2.0, effective));
+      const Seen other(*model, current, experiment_, options_);
+      const double evidence =
+          evidence_of(standing, other, more_parameters(*model, current), current, experiment_, options_);
       if (std::isfinite(evidence)) out.push_back({rival, std::move(*model), evidence});
     }
     std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.evidence > b.evidence; });
@@ -67,36 +93,17 @@ class Arena {
     CurrentModel rest = rebuilt(plain_, current, findings, experiment_, k);
     if (!refit(rest, experiment_, options_, control_)) return;
     const Problem layout(current.model, experiment_, current.space, options_, current.weights);
-    const Seen without = seen(rest, current), with = seen(current, current);
+    const Seen without(rest, current, experiment_, options_), with(current, current, experiment_, options_);
     const int parameters = static_cast<int>(current.space.size() - rest.space.size());
     const Gain gain = residual_gain(without.train, with.train, layout.layout(train_));
-    finding.p_value = chance(gain.log_likelihood, parameters, tries);
     const HeldoutGain heldout = heldout_gain(without.validate, with.validate, layout.layout(validate_));
+    finding.p_value = chance(gain.log_likelihood, parameters, heldout, tries);
     finding.heldout_gain = heldout.gain, finding.heldout_error = heldout.error, finding.heldout_share = heldout.share;
     finding.stability = stability(heldout.blocks, std::vector<double>(heldout.blocks.size(), 0.0), seed);
     describe_evidence(finding, rest, current, experiment_, options_);
   }
 
  private:
-  Seen seen(const CurrentModel& model, const CurrentModel& weighed_by) const {
-    Problem problem(model.model, experiment_, model.space, options_, weighed_by.weights);
-    Seen out{problem.residual(model.fit.point, train_), {}};
-    if (!validate_.empty()) out.validate = problem.residual(model.fit.point, validate_);
-    return out;
-  }
-  /// Log-likelihood that `other` is worth over `standing`, negative where it is worse, at the effective samples of the
-  /// better of the two; and those of the train recordings.
-  std::pair<double, double> gain_of(const Seen& standing, const Seen& other, const CurrentModel& current) const {
-    const Problem problem(current.model, experiment_, current.space, options_, current.weights);
-    const bool better = other.energy() < standing.energy();
-    const Seen &worse = better ? standing : other, &best = better ? other : standing;
-    const Gain train = residual_gain(worse.train, best.train, problem.layout(train_));
-    double gain = train.log_likelihood;
-    if (!validate_.empty())
-      gain += residual_gain(worse.validate, best.validate, problem.layout(validate_)).log_likelihood;
-    return {better ? gain : -gain, train.effective};
-  }
-
   const CurrentModel& plain_;
   const Experiment& experiment_;
   const SimulatorOptions& options_;
@@ -117,13 +124,15 @@ Rival as_rival(const Finding& finding, const CurrentModel& current) {
   return out;
 }
 
-/// Probability, rivals and class of `finding`, whose evidence is 0, among it and the entrants.
+/// Probability, rivals and class of `finding`, whose evidence is 0, among it and the entrants; the share of what
+/// takes no part stays what it was.
 void settle(Finding& finding, const std::vector<Entrant>& entrants) {
   double most = 0.0;
   for (const Entrant& e : entrants) most = std::max(most, e.evidence);
   const auto weight = [&](double evidence) { return std::exp(std::max(evidence - most, -700.0)); };
   double total = weight(0.0);
   for (const Entrant& e : entrants) total += weight(e.evidence);
+  total /= 1.0 - std::min(finding.outside, 0.999);
   finding.probability = weight(0.0) / total;
   finding.members = {finding.effect};
   finding.rivals.clear();
@@ -135,6 +144,13 @@ void settle(Finding& finding, const std::vector<Entrant>& entrants) {
 }
 
 }  // namespace
+
+double evidence_over(const CurrentModel& standing, const CurrentModel& other, const Experiment& experiment,
+                     const SimulatorOptions& options) {
+  const Seen one(standing, standing, experiment, options), two(other, standing, experiment, options);
+  if (!two.train.allFinite() || !two.validate.allFinite()) return -HUGE_VAL;
+  return evidence_of(one, two, more_parameters(other, standing), standing, experiment, options);
+}
 
 std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, const CurrentModel& plain,
                                       const CurrentModel& current, const std::vector<Finding>& findings,

@@ -12,6 +12,11 @@
 
 namespace lacuna {
 
+/// Log-likelihood that `other` is worth over `standing` on train and validate recordings, less Schwarz's penalty for what it
+/// has more of parameters; minus infinity where it diverges.
+double evidence_over(const CurrentModel& standing, const CurrentModel& other, const Experiment& experiment,
+                     const SimulatorOptions& options);
+
 /// `current` with finding `which`'s effect exchanged for the rival's, refitted; nothing where it cannot be simulated.
 /// `plain`, `findings` as in prune.h.
 std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, const CurrentModel& plain,

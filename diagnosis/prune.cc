@@ -34,7 +34,7 @@ Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& curre
   const HeldoutGain heldout = heldout_gain(less.residual(rest.fit.point, validate),
                                            with.residual(current.fit.point, validate), with.layout(validate));
   out.gain += heldout.gain;
-  out.needed = out.needed && heldout.gain > kStandardErrors * heldout.error;
+  out.needed = held_out(heldout) && chance(gain.log_likelihood, parameters, heldout, 1) <= kChance;
   return out;
 }
 

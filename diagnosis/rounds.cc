@@ -1,6 +1,7 @@
 #include "diagnosis/rounds.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "diagnosis/baseline.h"
@@ -53,6 +54,43 @@ Decision next_decision(const CurrentModel& current, const Experiment& experiment
   }
 }
 
+/// Where the one kept could be two simpler effects at its joint: log-odds of the branch together with the best of all effects
+/// there, no more numbers than the one kept. The second is one of many that were tried, and costs their number.
+double odds_of_pair(const Decision& decision, const Experiment& experiment, DecideOptions options) {
+  if (!decision.branch || decision.branch->finding.place == "arm") return -HUGE_VAL;
+  const CurrentModel& first = decision.branch->model;
+  options.simulator = decision.simulator;
+  const ScreenOptions screen{options.simulator, 5, {decision.branch->finding.place}, nullptr};
+  const Decision second = decide(first, experiment, screen_effects(first, experiment, screen), options);
+  if (!second.finding || second.model.space.size() > decision.model.space.size()) return -HUGE_VAL;
+  return evidence_over(decision.model, second.model, experiment, second.simulator) -
+         std::log(static_cast<double>(second.candidates.size()));
+}
+
+/// The branch in place of the one kept; its second effect is the next round's to find.
+void follow_branch(Decision& decision) {
+  const Finding& chosen = decision.branch->finding;
+  for (Candidate& c : decision.candidates) {
+    if (c.note.empty())
+      c.note = "two simpler effects have more evidence";
+    else if (c.effect == chosen.effect && c.place == chosen.place && c.note == kLessEvidence)
+      c.note.clear();
+  }
+  decision.finding = std::move(decision.branch->finding);
+  decision.model = std::move(decision.branch->model);
+  decision.finding->probability = 1.0, decision.finding->outside = 0.0;
+}
+
+/// Follows the more probable of both, which the other's probability is taken off.
+void weigh_pair(Decision& decision, const Experiment& experiment, const DecideOptions& options) {
+  const double odds = odds_of_pair(decision, experiment, options);
+  if (odds > 0.0) follow_branch(decision);
+  if (!decision.finding) return;
+  const double other = 1.0 / (1.0 + std::exp(std::fabs(odds)));
+  decision.finding->probability *= 1.0 - other;
+  decision.finding->outside = 1.0 - (1.0 - decision.finding->outside) * (1.0 - other);
+}
+
 }  // namespace
 
 Rounds::Rounds(const Scenario& scenario, const Experiment& experiment, const DiagnoseOptions& options,
@@ -91,6 +129,7 @@ bool Rounds::round() {
     const DecideOptions decide_options{simulator, quiet_, out_.seed, 1.0, step.error_over_noise};
     Decision decision = next_decision(current, experiment_, joints, decide_options,
                                       [&](const std::string& stage, double d) { report_(stage, share + width * d); });
+    weigh_pair(decision, experiment_, decide_options);
     finding = std::move(decision.finding);
     candidates = std::move(decision.candidates);
     next = std::move(decision.model);

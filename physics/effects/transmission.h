@@ -42,12 +42,16 @@ struct Transmission {
   T settled(const T& tau0) const {
     const Mask<T> flies = abs(tau0) <= S * half;
     const T free = select(abs(tau0) > T(0.0), tau0 / max(S, T(1e-12)), T(0.0));
-    return select(flies, free, (tau0 + sign(tau0) * k * half) / (S + k));
+    const T surface = sign(tau0) * half, give = select(half > T(0.0), bend, T(1.0));
+    return select(flies, free, surface + (tau0 - S * surface) / (k + S * give));
   }
 
-  /// theta'' at lead e and its rate.
+  /// theta'' at lead e and its rate. What lowering k lets a surface give way by, the side's own spring and damper do not
+  /// feel: a stiff contact carries its load as if k were what it is.
   T acceleration(const T& tau0, const T& e, const T& rate) const {
-    return (tau0 - D * rate - S * e - effort(e, rate)) / J;
+    const T surface = max(min(e, half), T(0.0) - half);
+    const T give = select((half > T(0.0)) && (abs(e) > half), bend, T(1.0));
+    return (tau0 - give * D * rate - S * (surface + give * (e - surface)) - effort(e, rate)) / J;
   }
 };
 

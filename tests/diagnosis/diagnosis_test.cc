@@ -100,32 +100,70 @@ TEST(Gain, OfWhiteNoiseHalvedIsThatOfItsLogarithm) {
   EXPECT_NEAR(gain.share, 0.75, 1e-12);
 }
 
-TEST(HeldoutGain, OfIndependentNoiseOfTheSameSizeIsAboutZero) {
-  const Eigen::Index n = 4000;
-  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
-  int significant = 0;
-  double worst = 0.0;
-  const int draws = 100;
-  for (int k = 0; k < draws; ++k) {
-    const HeldoutGain gain = heldout_gain(white(n, static_cast<std::uint64_t>(2 * k) + 100),
-                                          white(n, static_cast<std::uint64_t>(2 * k) + 101), blocks);
-    significant += gain.p_value < 0.02;
-    worst = std::max(worst, std::fabs(gain.gain));
+/// What an effect might change: some seconds of a slow course, at 100 samples a second.
+Eigen::VectorXd course(Eigen::Index n, Eigen::Index first, Eigen::Index count) {
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index k = first; k < first + count; ++k) out(k) = std::sin(0.02 * static_cast<double>(k - first));
+  return out;
+}
+
+TEST(HeldoutGain, OfAChangeThatIsNotThereIsLuckInWhiteAndInSlowNoise) {
+  constexpr Eigen::Index kSamples = 4000;
+  constexpr double kKept = 0.9;  // of slow noise, from sample to sample
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, kSamples}};
+  const Eigen::VectorXd change = 0.1 * course(kSamples, 0, kSamples);
+  for (const bool slow : {false, true}) {
+    int significant = 0;
+    for (std::uint64_t k = 0; k < 100; ++k) {
+      Eigen::VectorXd noise = white(kSamples, k + 100);
+      for (Eigen::Index i = 1; slow && i < kSamples; ++i) noise(i) += kKept * noise(i - 1);
+      significant += heldout_gain(noise, noise - change, blocks).p_value < 0.02;
+    }
+    EXPECT_LE(significant, 8) << slow;  // 2 expected; more than 7 have a chance of 1 in 1,000
   }
-  EXPECT_LE(significant, 8);  // 2 expected; 8 or more have a chance of 1 in 1,000
-  EXPECT_LT(worst, 253.0);    // (n/2) times four standard deviations 2 / sqrt(n) of the log ratio
 }
 
 TEST(HeldoutGain, OfARealImprovementIsSignificant) {
   const Eigen::Index n = 2000;
   const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
-  Eigen::VectorXd before = white(n, 5);
-  const Eigen::VectorXd after = before;
-  for (Eigen::Index k = 0; k < n; ++k) before(k) += std::sin(0.02 * static_cast<double>(k));
-  const HeldoutGain gain = heldout_gain(before, after, blocks);
+  const Eigen::VectorXd after = white(n, 5);
+  const HeldoutGain gain = heldout_gain(after + course(n, 0, n), after, blocks);
   EXPECT_LT(gain.p_value, 1e-4);
   EXPECT_GT(gain.gain, 2.0 * gain.error);
   EXPECT_NEAR(gain.share, 1.0 / 3.0, 0.05);  // .5 of 1.5
+}
+
+TEST(HeldoutGain, OfHalfASecondInTwentyIsSeen) {
+  const Eigen::Index n = 2000;
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
+  const Eigen::VectorXd after = white(n, 6), change = 1.5 * course(n, 900, 50);
+  // 50 samples of mean square .3 * 2.25: 5.8 standard errors
+  const HeldoutGain gain = heldout_gain(after + change, after, blocks);
+  EXPECT_NEAR(gain.standard_errors, std::sqrt(change.squaredNorm()), 3.0);
+  EXPECT_GT(gain.gain, 0.0);
+}
+
+TEST(HeldoutGain, OfTheRightChangeThriceTooLargeIsALoss) {
+  const Eigen::Index n = 2000;
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, n}};
+  const Eigen::VectorXd noise = white(n, 7), change = course(n, 0, n);
+  const HeldoutGain gain = heldout_gain(noise + change, noise - 2.0 * change, blocks);
+  EXPECT_LT(gain.gain, 0.0);
+  EXPECT_GT(gain.standard_errors, 2.0);  // its direction is right
+}
+
+TEST(Chance, OfTrainAndHeldOutTogetherIsFishers) {
+  HeldoutGain heldout;
+  for (const double p : {0.9, 0.03, 1e-6}) {
+    heldout.p_value = p;
+    for (const double gain : {0.5, 3.0, 10.0}) {
+      const boost::math::chi_squared law(4);
+      const double both = -2.0 * (std::log(chance(gain, 2, 1)) + std::log(p));
+      const double tail = boost::math::cdf(boost::math::complement(law, both));
+      EXPECT_NEAR(chance(gain, 2, heldout, 1) / tail, 1.0, 1e-9);
+      EXPECT_NEAR(chance(gain, 2, heldout, 7), std::min(1.0, 7.0 * tail), 1e-9);
+    }
+  }
 }
 
 TEST(Stability, IsTheShareOfResamplesThatTheFirstWins) {

@@ -262,6 +262,22 @@ TEST(ActuatorLag, FarShorterThanTheStepActsByItsTime) {
   EXPECT_NEAR(worst_difference(moved(1e-8, 0.01), without) / worst_difference(moved(1e-6, 0.01), without), 1e-2, 1e-4);
 }
 
+TEST(Backlash, CarriesALoadAsStifflyAsItIsEvenWhereTheStepsCannotFollowItsContact) {
+  constexpr double kGap = 0.002, kContact = 3000.0, kCommand = 0.5;  // rad, N m/rad, V
+  const Scenario scenario =
+      driven_scenario(bundled_robot("pendulum/pendulum.urdf"),
+                      {actuator("swing", "torque_source",
+                                {{"gain", kGain}, {"damping", 6.0}, {"stiffness", kStiffness}, {"rest", kRest}})},
+                      constant_drive(1, 20.0, 0.02, kCommand), {{0.2}, {0.0}});
+  const PlantModel model =
+      PlantModel(scenario).with_effects({effect("backlash", "swing", {{"gap", kGap}, {"k", kContact}, {"J", 0.05}})});
+  const double q =
+      predict_one(model, started_experiment(scenario, {{0.2}, {0.0}}), on("featherstone", 0.02)).front()[0].back();
+  const double load = 9.81 * 0.5 * std::sin(q);  // of the rod, N m
+  // Steps of 20 ms follow no contact stiffer than .05 kg m^2 / (14 ms)^2 = 255 N m/rad.
+  EXPECT_NEAR(kGain * kCommand - kStiffness * (q + kGap + load / kContact - kRest), load, 1e-6);
+}
+
 TEST(SensorDelay, ShiftsTheReadingAndNothingElse) {
   const Drive drive = commands();
   const Scenario scenario = driven_block(drive);
