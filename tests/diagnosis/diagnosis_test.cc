@@ -240,6 +240,22 @@ TEST(Diagnosis, FindsAConcealedDeadbandWithItsSizeAndRemovesIt) {
   EXPECT_GT(rms(d.before), 3.0 * rms(d.after));
 }
 
+TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
+  const Diagnosis d = diagnose(
+      pendulum_problem(kStart, kDrive, kNoise,
+                       {effect("armature", "swing", {{"J", 0.1}}), effect("actuator_lag", "swing", {{"T", 0.02}})},
+                       10.0, available_engines().back()),
+      small());
+  // Alone a spring with inertia and damper behind it explains more than either.
+  ASSERT_FALSE(d.rounds.empty());
+  EXPECT_EQ(d.rounds[0].front().effect, "joint_compliance");
+  ASSERT_EQ(d.findings.size(), 2u);
+  EXPECT_EQ(d.findings[0].effect, "actuator_lag");
+  EXPECT_NEAR(d.findings[0].parameters.front().value, 0.02, 0.002);
+  // On one pendulum an inertia, another gravity and a spring that hardens are one class.
+  EXPECT_EQ(std::count(d.findings[1].members.begin(), d.findings[1].members.end(), "armature"), 1);
+}
+
 TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
   const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise, {}, 10.0), small());
   EXPECT_EQ(d.verdict, Verdict::consistent) << (d.findings.empty() ? "" : d.findings[0].effect);
