@@ -55,7 +55,8 @@ Decision next_decision(const CurrentModel& current, const Experiment& experiment
 }
 
 /// Where the one kept could be two simpler effects at its joint: log-odds of the branch together with the best of all effects
-/// there, no more numbers than the one kept. The second is one of many that were tried, and costs their number.
+/// there, no more numbers than the one kept. The second is one of many that were tried, and costs their number; and two causes
+/// at one joint are beforehand less likely than one.
 double odds_of_pair(const Decision& decision, const Experiment& experiment, DecideOptions options) {
   if (!decision.branch || decision.branch->finding.place == "arm") return -HUGE_VAL;
   const CurrentModel& first = decision.branch->model;
@@ -64,7 +65,7 @@ double odds_of_pair(const Decision& decision, const Experiment& experiment, Deci
   const Decision second = decide(first, experiment, screen_effects(first, experiment, screen), options);
   if (!second.finding || second.model.space.size() > decision.model.space.size()) return -HUGE_VAL;
   return evidence_over(decision.model, second.model, experiment, second.simulator) -
-         std::log(static_cast<double>(second.candidates.size()));
+         std::log(static_cast<double>(second.candidates.size())) - kClassLoss;
 }
 
 /// The branch in place of the one kept; its second effect is the next round's to find.
