@@ -14,6 +14,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
+constexpr double kAsGood = 1.5;        ///< energy that a pair's linear look leaves over what the one kept leaves
 constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
 
 /// Whether the fit leaves anything on the recordings that steered it: more than the noise, or anything but white.
@@ -62,7 +63,15 @@ double odds_of_pair(const Decision& decision, const Experiment& experiment, Deci
   const CurrentModel& first = decision.branch->model;
   options.simulator = decision.simulator;
   const ScreenOptions screen{options.simulator, 5, {decision.branch->finding.place}, nullptr};
-  const Decision second = decide(first, experiment, screen_effects(first, experiment, screen), options);
+  std::vector<ScreenedEffect> screened = screen_effects(first, experiment, screen);
+  Problem kept(decision.model.model, experiment, decision.model.space, options.simulator, first.weights);
+  const double enough =
+      kAsGood * kept.residual(decision.model.fit.point, experiment.with_role(Role::train)).squaredNorm();
+  const bool promising = std::any_of(screened.begin(), screened.end(), [&](const ScreenedEffect& s) {
+    return std::min(s.promise, s.sum_of_squares) < enough;
+  });
+  if (!promising) return -HUGE_VAL;
+  const Decision second = decide(first, experiment, std::move(screened), options);
   if (!second.finding || second.model.space.size() > decision.model.space.size()) return -HUGE_VAL;
   return evidence_over(decision.model, second.model, experiment, second.simulator) -
          std::log(static_cast<double>(second.candidates.size())) - kClassLoss;
