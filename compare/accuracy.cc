@@ -11,7 +11,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kCommonStep = 1e-3, kFinestStep = 2e-4;  // s
-constexpr std::size_t kMostRungs = 9;                     // of a ladder
+constexpr std::size_t kFewestPoints = 5, kMostRungs = 9;  // of a curve; of a ladder
 constexpr double kCoarse = 0.05;                          // rad (m): errors beyond say nothing of an order
 constexpr double kAboveReferee = 100.0;                   // times the referee's error
 constexpr double kEngineRounding = 1e-12;                 // rad (m): engines' own, over thousands of steps
@@ -33,7 +33,8 @@ void measure_adaptive(const Runner& runner, const Motion& window, const Referee&
   double last = 0.0;
   for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10}) {
     if (stop != nullptr && *stop) throw Interrupted();
-    if (1.6 * last > kLongestRun) return;  // a decade of tolerance is a factor of 10^(1/5) in steps
+    if (out.points.size() >= kFewestPoints && 1.6 * last > kLongestRun)
+      return;  // a decade of tolerance is a factor of 10^(1/5) in steps
     const Trajectory run = runner.run_adaptive(tolerance, stop);
     last = run.seconds;
     out.points.push_back(point_of(run, window, referee));
@@ -57,7 +58,7 @@ double common_step(const Motion& motion) {
 std::vector<double> step_ladder(const Motion& motion) {
   std::vector<double> out;
   for (double step = motion.longest_step(); out.size() < kMostRungs; step *= 0.5) {
-    if (!out.empty() && step < kFinestStep && out.size() >= 5) break;
+    if (!out.empty() && step < kFinestStep && out.size() >= kFewestPoints) break;
     out.push_back(step);
   }
   return out;
@@ -81,7 +82,7 @@ void measure_points(Runner& runner, const Motion& window, const Referee& referee
   double last = 0.0;
   for (const double step : step_ladder(window)) {
     if (stop != nullptr && *stop) throw Interrupted();
-    if (2.0 * last > kLongestRun) break;
+    if (out.points.size() >= kFewestPoints && 2.0 * last > kLongestRun) break;
     const Trajectory run = runner.run(method, step);
     last = run.seconds;
     out.points.push_back(point_of(run, window, referee));

@@ -8,7 +8,7 @@
 
 namespace lacuna {
 
-/// What one run may be expected to take before it is left out, s of computing.
+/// What one run of a curve may be expected to take before it is left out, s of computing. Five are made on any machine.
 inline constexpr double kLongestRun = 0.4;
 /// The same for the one run at the comparison's own step: of a longer one only the start is made.
 inline constexpr double kLongestMainRun = 1.5;
