@@ -28,3 +28,11 @@ endif()
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_CXX_VISIBILITY_PRESET default)
+
+# For code whose time nobody measures: compiled in about half the time.
+add_library(lacuna_unhurried INTERFACE)
+if(LACUNA_SANITIZE)
+  target_compile_options(lacuna_unhurried INTERFACE -O0)
+else()
+  target_compile_options(lacuna_unhurried INTERFACE $<$<CONFIG:Release>:-O1>)
+endif()

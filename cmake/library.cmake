@@ -29,6 +29,15 @@ else()
   list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/mpi/load\\.cc$")
 endif()
 
+# Rooms that run once a job and are read by people: half the time to compile, none that anyone would notice to run.
+set(LACUNA_PAGES ${LACUNA_SOURCES})
+list(FILTER LACUNA_PAGES INCLUDE REGEX "/(study|reports)/[^/]*$")
+list(REMOVE_ITEM LACUNA_SOURCES ${LACUNA_PAGES})
+add_library(lacuna_pages OBJECT ${LACUNA_PAGES})
+target_include_directories(lacuna_pages PRIVATE $<TARGET_PROPERTY:lacuna,INCLUDE_DIRECTORIES>)
+target_compile_definitions(lacuna_pages PRIVATE $<TARGET_PROPERTY:lacuna,COMPILE_DEFINITIONS>)
+target_link_libraries(lacuna_pages PRIVATE lacuna_flags lacuna_unhurried)
+
 add_library(lacuna SHARED ${LACUNA_SOURCES})
 add_library(lacuna::lacuna ALIAS lacuna)
 set_target_properties(lacuna PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
@@ -88,7 +97,8 @@ list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$|feathers
 set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES}
              ${PROJECT_SOURCE_DIR}/backends/featherstone/forward_kernel_fma.cc
              ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
-             ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc)
+             ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc
+             $<TARGET_OBJECTS:lacuna_pages>)
 
 # Where results come from, told to the one file that writes it down (reports/context.h).
 find_package(Git QUIET)
