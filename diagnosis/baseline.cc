@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "scenarios/error.h"
 
@@ -10,6 +11,45 @@ namespace {
 
 constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
+
+constexpr double kSearchStep = 2.0;  ///< steps of the population search over those of the fit: it ranks only
+
+/// Weights after the present residual, if one of them differs by enough; whether it does.
+bool update_weights(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
+  std::vector<double> next = weights_from(current, experiment, options);
+  bool same = true;
+  for (std::size_t c = 0; c < next.size(); ++c) {
+    same = same && std::fabs(next[c] - current.weights[c]) <= kSameWeight * current.weights[c];
+  }
+  if (same) return false;
+  const Problem problem(current.model, experiment, current.space, options, current.weights);
+  const auto blocks = problem.layout(experiment.with_role(Role::train));
+  current.fit.residual = reweighed(std::move(current.fit.residual), blocks, current.weights, next);
+  current.fit.jacobian = reweighed(std::move(current.fit.jacobian), blocks, current.weights, next);
+  current.weights = std::move(next);
+  return true;
+}
+
+/// The population search, at a coarser step if that can be simulated; its best, re-identified until little is gained.
+/// `fit` receives the record of the search.
+std::optional<LeastSquaresResult> search(const PlantModel& model, const Experiment& experiment,
+                                         const SearchSpace& space, const IdentifyOptions& options, double step,
+                                         FitResult& fit) {
+  IdentifyOptions searched = options;
+  if (searched.optimizer == Optimizer::ga_lsq) searched.optimizer = Optimizer::ga;
+  try {
+    searched.step = kSearchStep * step;
+    fit = identify(model, experiment, space, searched);
+  } catch (const WorkError&) {
+    searched.step = step;
+    fit = identify(model, experiment, space, searched);
+  }
+  CurrentModel best{model, space, first_weights(model, experiment), fit.solution};
+  SimulatorOptions simulator = options.simulator;
+  simulator.max_step = step;
+  if (!refit(best, experiment, simulator, options.control, kRefitTolerance, nullptr)) return std::nullopt;
+  return best.fit;
+}
 
 }  // namespace
 
@@ -75,24 +115,30 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
   return true;
 }
 
+Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const ResidualBlock> blocks, std::span<const double> before,
+                          std::span<const double> after) {
+  for (const ResidualBlock& block : blocks) {
+    const std::size_t c = static_cast<std::size_t>(block.channel);
+    rows.middleRows(block.first, block.count) *= before[c] / after[c];
+  }
+  return rows;
+}
+
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
             const RunControl& control, int iterations) {
   const std::vector<int> train = experiment.with_role(Role::train);
   LeastSquaresOptions finish;
   finish.control = control;
   finish.iterations = iterations;
-  finish.polish = false;  // the search's own solution was polished; this follows a change of weights
+  finish.polish = false;
+  finish.nearby = true;
   for (int k = 0;; ++k) {
     Problem problem(current.model, experiment, current.space, options, current.weights);
+    const Eigen::MatrixXd known = std::move(current.fit.jacobian);
+    const auto size = static_cast<Eigen::Index>(current.space.size());
+    finish.jacobian = known.cols() == size && known.rows() == current.fit.residual.size() ? &known : nullptr;
     current.fit = solve_least_squares(problem, current.fit.point, train, finish);
-    if (k == kReweightings) return;
-    const std::vector<double> next = weights_from(current, experiment, options);
-    bool same = true;
-    for (std::size_t c = 0; c < next.size(); ++c) {
-      same = same && std::fabs(next[c] - current.weights[c]) <= kSameWeight * current.weights[c];
-    }
-    if (same) return;
-    current.weights = next;
+    if (k == kReweightings || !update_weights(current, experiment, options)) return;
   }
 }
 
@@ -100,33 +146,22 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
                             const IdentifyOptions& options, FitResult& fit) {
   IdentifyOptions from_start = options;
   from_start.optimizer = Optimizer::lsq;
+  from_start.rough = true;
   fit = identify(model, experiment, space, from_start);
-  if (options.optimizer != Optimizer::lsq && space.size() > 0) {
-    IdentifyOptions searched = options;
-    searched.step = fit.step.step;
-    FitResult other = identify(model, experiment, space, searched);
-    other.step = fit.step;
-    if (other.solution.sum_of_squares < fit.solution.sum_of_squares) {
-      fit = std::move(other);
-    } else {
-      fit.optimizer = other.optimizer;
-      fit.history = std::move(other.history);
-      fit.search_cost = other.search_cost;
-      fit.evaluations += other.evaluations;
-    }
-  }
-  CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
   SimulatorOptions simulator = options.simulator;
   simulator.max_step = fit.step.step;
-  const std::vector<double> next = weights_from(current, experiment, simulator);
-  bool same = true;
-  for (std::size_t c = 0; c < next.size(); ++c) {
-    same = same && std::fabs(next[c] - current.weights[c]) <= kSameWeight * current.weights[c];
+  CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
+  if (options.optimizer != Optimizer::lsq && space.size() > 0) {
+    FitResult searched;
+    const auto other = search(model, experiment, space, options, fit.step.step, searched);
+    if (other && other->sum_of_squares < fit.solution.sum_of_squares) current.fit = *other;
+    fit.optimizer = to_string(options.optimizer);
+    fit.history = std::move(searched.history);
+    fit.search_cost = searched.search_cost;
+    fit.evaluations += searched.evaluations + (other ? other->evaluations : 0);
   }
-  if (!same) {
-    current.weights = next;
-    refine(current, experiment, simulator, options.control, 20);
-  }
+  update_weights(current, experiment, simulator);
+  refine(current, experiment, simulator, options.control);
   record_fit(current, experiment, simulator, fit);
   return current;
 }

@@ -18,6 +18,10 @@ std::vector<double> noise_levels(const PlantModel& model, const Experiment& expe
 std::vector<double> weights_from(const CurrentModel& current, const Experiment& experiment,
                                  const SimulatorOptions& options);
 
+/// Residual or Jacobian rows of `blocks` weighed by `before` (one a channel), weighed by `after`.
+Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const ResidualBlock> blocks, std::span<const double> before,
+                          std::span<const double> after);
+
 constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
 constexpr int kRefitIterations = 25;
 

@@ -21,9 +21,10 @@ constexpr std::size_t kShortlist = 4;
 constexpr double kDisappointing = 1.5;      ///< energy left over the promised one
 constexpr std::size_t kPromisingTried = 5;  ///< of those that the linear look promised most
 constexpr int kKinRounds = 3;
-constexpr double kAtEnd = 1e-6;   ///< of a parameter's typical size
-constexpr double kNearly = 0.95;  ///< share of the best one's share of energy
-constexpr double kOneNat = 2.0;   ///< energy over noise that a log-likelihood of 1 is worth
+constexpr double kAtEnd = 1e-6;          ///< of a parameter's typical size
+constexpr double kNearly = 0.95;         ///< share of the best one's share of energy
+constexpr double kChanceLikelier = 0.5;  ///< probability of chance from which nothing is claimed
+constexpr double kOneNat = 2.0;          ///< energy over noise that a log-likelihood of 1 is worth
 
 /// A candidate with its model, re-identified, and both residuals.
 struct Tried {
@@ -34,8 +35,9 @@ struct Tried {
   double p_value = 1.0;
   bool refitted = false;
 
-  double evidence = 0.0;  ///< see sort_by_evidence
-  std::string objection;  ///< why it cannot be what is missing; empty: it can
+  double evidence = 0.0;     ///< against other candidates, see sort_by_evidence
+  double over_chance = 0.0;  ///< the same against nothing: no tie makes it larger
+  std::string objection;     ///< why it cannot be what is missing; empty: it can
 
   bool finite() const {
     return std::all_of(effect.own.begin(), effect.own.end(), [](double x) { return std::isfinite(x); });
@@ -83,10 +85,13 @@ class Judge {
         plain_(current.model, experiment, current.space, options.simulator, current.weights) {
     before_validate_ = plain_.residual(current.fit.point, validate_);
     floor_ = noise_floor();
+    if (validate_.empty() || current.space.size() == 0) return;
+    spread_ = prediction_spread(current.fit.jacobian, current.fit.residual, plain_.layout(train_),
+                                plain_.jacobian(current.fit.point, before_validate_, validate_));
   }
 
   Tried weigh(ScreenedEffect effect) {
-    Tried out{std::move(effect), current_, {}, {}, 1.0, false, 0.0, ""};
+    Tried out{std::move(effect), current_, {}, {}};
     set_recordings(out);
     out.model = extended(current_, experiment_, out.effect.spec, out.effect.point, out.effect.own);
     out.train = residual_gain(current_.fit.residual, out.effect.residual, plain_.layout(train_));
@@ -122,12 +127,21 @@ class Judge {
     if (!lacuna::refit(model, experiment_, simulator_, options_.control)) return false;
     const std::vector<double> weights = weights_from(model, experiment_, simulator_);
     if (weights != model.weights) {
-      model.fit.jacobian = reweighed(model.fit.jacobian, model.weights, weights);
+      model.fit.jacobian = reweighed(model.fit.jacobian, plain_.layout(train_), model.weights, weights);
       model.weights = weights;
       if (!settle(model)) return false;
     }
     take_over(tried);
     return true;
+  }
+  /// Calls work(candidate) for several at once, each with its share of the threads; ranks compute each one together.
+  template <class Work>
+  void share(const std::vector<Tried*>& those, const Work& work) {
+    const int threads = simulator_.threads, count = static_cast<int>(those.size());
+    const bool at_once = simulator_.ranks == nullptr && count > 1;
+    if (at_once) simulator_.threads = std::max(1, threads / count);
+    parallel_for(at_once ? threads : 1, count, [&](int, int k) { work(*those[static_cast<std::size_t>(k)]); });
+    simulator_.threads = threads;
   }
   /// A re-identified candidate once more, from where it stands, at the step in use.
   void follow(Tried& tried) {
@@ -168,14 +182,12 @@ class Judge {
     return free;
   }
 
-  /// A special case of `tried`, or an effect that it is a special case of, re-identified from where it stands; with its
-  /// optional shapes and without.
+  /// Special cases of `tried` or effects that it is a special case of, from where it stands; with optional shapes and
+  /// without.
   std::vector<Tried> kin_of(const Tried& tried, const EffectInfo& kin) {
     std::vector<Tried> out;
-    for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, experiment_, simulator_)) {
+    for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, experiment_, simulator_))
       out.push_back(weigh(std::move(start)));
-      if (!refit(out.back())) out.pop_back();
-    }
     return out;
   }
 
@@ -206,7 +218,7 @@ class Judge {
     const std::size_t base = current_.space.size();
     tried.effect.point.assign(model.fit.point.begin(), model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
     tried.effect.own.assign(model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), model.fit.point.end());
-    tried.effect.residual = reweighed(model.fit.residual, model.weights, current_.weights);
+    tried.effect.residual = reweighed(model.fit.residual, plain_.layout(train_), model.weights, current_.weights);
     tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
     judge_heldout(tried);
   }
@@ -216,15 +228,6 @@ class Judge {
     const Eigen::MatrixXd known = model.fit.jacobian;
     const double tolerance = kOneNat / static_cast<double>(model.fit.residual.size());
     return lacuna::refit(model, experiment_, simulator_, options_.control, tolerance, &known);
-  }
-
-  /// Rows of the train segments, weighed by `before`, weighed by `after`.
-  Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const double> before, std::span<const double> after) const {
-    for (const ResidualBlock& block : plain_.layout(train_)) {
-      const std::size_t c = static_cast<std::size_t>(block.channel);
-      rows.middleRows(block.first, block.count) *= before[c] / after[c];
-    }
-    return rows;
   }
 
   /// Energy that the noise alone would leave on the validate recordings; 0 where it is unknown.
@@ -261,7 +264,7 @@ class Judge {
     if (validate_.empty()) return;
     Problem problem(tried.model.model, experiment_, tried.model.space, simulator_, current_.weights);
     const Eigen::VectorXd after = problem.residual(tried.model.fit.point, validate_);
-    tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_));
+    tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_), spread_);
     tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tried.heldout, tries_);
   }
 
@@ -273,7 +276,8 @@ class Judge {
   std::vector<int> train_, validate_;
   Problem plain_;
   Eigen::VectorXd before_validate_;
-  double floor_ = 0.0;  ///< whitened energy of the noise alone
+  Eigen::MatrixXd spread_;  ///< of the present model's predictions of the validate recordings
+  double floor_ = 0.0;      ///< whitened energy of the noise alone
 };
 
 /// Train and validate gain less the Schwarz penalty. All are counted at the effective samples of the strongest, since the
@@ -297,7 +301,10 @@ void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
     most = std::max(most, t.evidence);
   }
   const double worth = 0.5 * std::log(std::max(2.0, train.effective));  // of one parameter
-  for (Tried& t : tried) t.evidence = std::min(t.evidence + resolution, most) - worth * t.effect.parameters;
+  for (Tried& t : tried) {
+    t.over_chance = t.evidence - worth * t.effect.parameters;
+    t.evidence = std::min(t.evidence + resolution, most) - worth * t.effect.parameters;
+  }
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence > b.evidence; });
 }
 
@@ -305,11 +312,12 @@ void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
 /// candidates together) included. The others have none: what removes a small part of the rest is no rival of what removes
 /// most of it, however clearly it does.
 std::vector<double> probabilities(const std::vector<Tried>& tried) {
-  double most = 0.0;
+  double most = -HUGE_VAL, over_chance = -HUGE_VAL;
   for (const Tried& t : tried) {
-    if (t.objection.empty()) most = std::max(most, t.evidence);
+    if (!t.objection.empty()) continue;
+    most = std::max(most, t.evidence), over_chance = std::max(over_chance, t.over_chance);
   }
-  double total = static_cast<double>(tried.size()) * std::exp(-most);
+  double total = static_cast<double>(tried.size()) * std::exp(std::clamp(-over_chance, -700.0, 600.0));
   std::vector<double> out;
   for (const Tried& t : tried) {
     out.push_back(t.objection.empty() ? std::exp(std::max(t.evidence - most, -700.0)) : 0.0);
@@ -374,10 +382,9 @@ void refit_promising(Judge& judge, std::vector<Tried>& tried) {
   for (Tried& t : tried) order.push_back(&t);
   std::stable_sort(order.begin(), order.end(),
                    [](const Tried* a, const Tried* b) { return a->effect.promise < b->effect.promise; });
-  for (std::size_t k = 0; k < std::min(kPromisingTried, order.size()); ++k) {
-    if (judge.promised_rest(*order[k]) < kPromising && judge.disappoints(*order[k]))
-      judge.refit_from_first_look(*order[k]);
-  }
+  order.resize(std::min(kPromisingTried, order.size()));
+  std::erase_if(order, [&](const Tried* t) { return judge.promised_rest(*t) >= kPromising || !judge.disappoints(*t); });
+  judge.share(order, [&](Tried& t) { judge.refit_from_first_look(t); });
 }
 
 /// Puts it in place of itself where it is the better end.
@@ -403,6 +410,7 @@ void refit_kin(Judge& judge, const CurrentModel& current, std::vector<Tried>& tr
     if (!strongest.refitted || strongest.p_value > kChance || spec.effect == last) return;
     last = spec.effect;
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(spec.effect))];
+    std::vector<Tried> found;
     for (const EffectInfo& kin : effect_table()) {
       if (!are_kin(info, kin) || current.model.find_effect_at(kin.name, spec.place) >= 0) continue;
       const bool as_good = std::any_of(tried.begin(), tried.end(), [&](const Tried& t) {
@@ -410,7 +418,14 @@ void refit_kin(Judge& judge, const CurrentModel& current, std::vector<Tried>& tr
                t.effect.residual.squaredNorm() <= strongest.effect.residual.squaredNorm();
       });
       if (as_good) continue;
-      for (Tried& found : judge.kin_of(strongest, kin)) take_in(tried, std::move(found));
+      for (Tried& one : judge.kin_of(strongest, kin)) found.push_back(std::move(one));
+    }
+    std::vector<Tried*> each;
+    for (Tried& one : found) each.push_back(&one);
+    std::vector<char> reached(found.size());
+    judge.share(each, [&](Tried& one) { reached[static_cast<std::size_t>(&one - found.data())] = judge.refit(one); });
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      if (reached[k]) take_in(tried, std::move(found[k]));
     }
     sort_by_evidence(tried, integration_error);
   }
@@ -429,7 +444,7 @@ void sharpen(Judge& judge, std::vector<Tried>& tried) {
   }
   if (close.empty() || step >= judge.step()) return;
   judge.set_step(step);
-  for (Tried* t : close) judge.follow(*t);
+  judge.share(close, [&](Tried& t) { judge.follow(t); });
 }
 
 std::optional<Branch> branch_of(const std::vector<Tried>& tried, std::size_t winner, std::uint64_t seed) {
@@ -452,9 +467,11 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   std::vector<Tried> tried;
   for (ScreenedEffect& effect : screened) tried.push_back(judge.weigh(std::move(effect)));
   sort_by_evidence(tried, options.integration_error);
+  std::vector<Tried*> shortlist;
   for (std::size_t k = 0; k < std::min(kShortlist, tried.size()); ++k) {
-    if (tried[k].p_value < kChance || tried[k].train.share > 1.0 - kPromising) judge.refit(tried[k]);
+    if (tried[k].p_value < kChance || tried[k].train.share > 1.0 - kPromising) shortlist.push_back(&tried[k]);
   }
+  judge.share(shortlist, [&](Tried& t) { judge.refit(t); });
   refit_promising(judge, tried);
   sort_by_evidence(tried, options.integration_error);
   if (!tried.empty() && tried.front().refitted) {
@@ -477,9 +494,14 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
     if (can && !winner) winner = k;
   }
   if (!winner) return out;
+  Finding finding = make_finding(tried, *winner, options.seed);
+  if (finding.outside > kChanceLikelier) {
+    out.candidates[*winner].note = "more probably chance";
+    return out;
+  }
+  out.finding = std::move(finding);
   // A rival's finer step served the comparison only.
   out.simulator.max_step = std::max(judge.step(), std::min(out.simulator.max_step, judge.step_for(tried[*winner])));
-  out.finding = make_finding(tried, *winner, options.seed);
   out.branch = branch_of(tried, *winner, options.seed);
   out.model = tried[*winner].model;
   refine(out.model, experiment, out.simulator, options.control);

@@ -14,6 +14,7 @@
 namespace lacuna {
 namespace {
 
+constexpr double kSingular = 1e-8;  ///< of a unit normal matrix: directions less determined count as determined so
 constexpr int kFewestBlocks = 20;
 constexpr double kFamilyError = 1e-3;  ///< chance of any joint flagged on well-specified data
 constexpr double kNegligible = 0.05;   ///< excess variance under this share of the noise's is not mentioned
@@ -84,8 +85,22 @@ std::vector<double> block_gains(const Eigen::VectorXd& before, const Eigen::Vect
 
 }  // namespace
 
+Eigen::MatrixXd prediction_spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
+                                  std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere) {
+  if (fitted.cols() == 0) return {};
+  const Eigen::MatrixXd normal = fitted.transpose() * fitted;
+  const Eigen::VectorXd scale =
+      normal.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
+  unit.diagonal().setConstant(1.0 + kSingular);
+  const double variance = residual.squaredNorm() / effective_samples(residual, blocks);
+  // normal^-1 = (S R^-1) (S R^-1)^T with S the scales and R^T R = unit.
+  const Eigen::MatrixXd scaled = std::sqrt(variance) * elsewhere * scale.asDiagonal();
+  return unit.llt().matrixU().solve<Eigen::OnTheRight>(scaled);
+}
+
 HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                         std::span<const ResidualBlock> blocks) {
+                         std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& spread) {
   HeldoutGain out;
   if (blocks.empty() || !after.allFinite()) return out;
   out.whole = residual_gain(before, after, blocks);
@@ -93,6 +108,7 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
   out.share = out.whole.share;
   out.blocks = block_gains(before, after, blocks);
   double product = 0.0, variance = 0.0, error = 0.0;
+  Eigen::VectorXd through = Eigen::VectorXd::Zero(spread.cols());  // d, weighed, times the spread
   std::size_t index = 0;
   for (const auto& [channel, members] : by_channel(blocks)) {
     double a = 0.0, b = 0.0, along = 0.0, change = 0.0;
@@ -106,7 +122,13 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
     product += n * along / b;
     variance += n * change / b;
     error += n * change * b / (a * a);
+    for (const ResidualBlock& block : members) {
+      if (spread.cols() == 0) break;
+      const auto r = before.segment(block.first, block.count), rest = after.segment(block.first, block.count);
+      through += n / b * (spread.middleRows(block.first, block.count).transpose() * (r - rest));
+    }
   }
+  variance += through.squaredNorm();
   if (!(variance > 0.0)) return out;
   out.error = std::sqrt(error);
   out.standard_errors = product / std::sqrt(variance);

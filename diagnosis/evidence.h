@@ -29,7 +29,8 @@ Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, 
 /// The gain on held-out recordings, and whether it is more than luck. How the prediction changes, d, was settled on other
 /// recordings: without any effect its sum of products with the residual before has mean 0 and the variance of noise sent
 /// through it. `standard_errors` is that sum over its standard deviation, channels weighed by the noise that they are left
-/// with, slow noise counted at its effective samples; `p_value` its one-sided normal chance. It asks for the direction
+/// with, slow noise counted at its effective samples, and the model's own errors (`spread`) sent through d besides;
+/// `p_value` its one-sided normal chance. It asks for the direction
 /// only: whether the size is right, too, says the sign of `gain`.
 struct HeldoutGain {
   double gain = 0.0, share = 0.0;
@@ -39,7 +40,12 @@ struct HeldoutGain {
   Gain whole;
 };
 HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                         std::span<const ResidualBlock> blocks);
+                         std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& spread = {});
+
+/// What the errors of a fit do to its predictions elsewhere: a matrix E, one row a predicted sample, with E E^T their
+/// covariance. From both whitened Jacobians and what the fit leaves, slow rests counted at their effective samples.
+Eigen::MatrixXd prediction_spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
+                                  std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere);
 
 /// Chance that an effect with `parameters` free numbers gains this much log-likelihood where there is none
 /// (Wilks: twice the gain is chi-square), times `tries` (Bonferroni).

@@ -16,6 +16,7 @@ constexpr double kTwoSided95 = 1.959963984540054;
 /// A value this near a bound, as a share of the range, counts as stuck at it.
 constexpr double kAtBound = 1e-4;
 constexpr double kIdentifiable = 0.5;
+constexpr double kRoughTolerance = 1e-3;  ///< relative change of the cost
 
 constexpr std::pair<Optimizer, const char*> kNames[] = {{Optimizer::ga, "ga"},
                                                         {Optimizer::cmaes, "cmaes"},
@@ -186,7 +187,8 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   LeastSquaresOptions finish;
   finish.control = options.control;
   const bool refine = options.optimizer == Optimizer::lsq || options.optimizer == Optimizer::ga_lsq;
-  if (!refine) finish.iterations = 0;
+  if (!refine) finish.iterations = 0, finish.polish = false;
+  if (options.rough) finish.tolerance = kRoughTolerance, finish.polish = false;
   fit.solution = solve_least_squares(problem, start, train, finish);
   fit.point = fit.solution.point;
   fit.evaluations += fit.solution.evaluations;

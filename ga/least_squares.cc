@@ -70,7 +70,7 @@ std::vector<double> within_bounds(const SearchSpace& space, std::vector<double> 
 /// freely and are cut at their bounds. (Ceres' own bounded search takes several times the simulations here: its line
 /// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after a
 /// step that did what it promised the old one is kept, with Broyden's rank-one update in the units of its columns, and
-/// only the end is checked with a new one. Source: C. G. Broyden, Math. Comp. 19 (1965).
+/// only the end is checked with a new one. Trials of several dampings are lanes of one pass. Source: C. G. Broyden, Math. Comp. 19 (1965).
 class ProjectedDescent {
  public:
   /// `jacobian`: at result.point, if it is known.
@@ -80,7 +80,8 @@ class ProjectedDescent {
     residual_ = problem.residual(result.point, segments);
     if (options.jacobian != nullptr) {
       jacobian_ = *options.jacobian;
-      state_ = State::exact;
+      normal_ = squared(jacobian_);
+      state_ = options.nearby ? State::updated : State::exact;
     }
   }
 
@@ -88,19 +89,26 @@ class ProjectedDescent {
   bool iterate(double tolerance) {
     if (state_ == State::doubtful && !renew()) return false;
     const double cost = residual_.squaredNorm();
-    for (int trial = 0; trial < kTrials; ++trial) {
-      const std::vector<double> next = step();
-      const Eigen::VectorXd moved = problem_.residual(next, segments_);
-      ++result_.evaluations;
-      if (moved.allFinite() && moved.squaredNorm() < cost) {
-        damping_ = std::max(0.1 * damping_, 1e-12);
-        accept(next, moved);
-        return cost - residual_.squaredNorm() > tolerance * cost;
+    for (int tried = 0; tried < kDampings;) {
+      const std::vector<std::vector<double>> fan = steps();
+      const std::vector<Eigen::VectorXd> moved = problem_.residuals(fan, segments_);
+      result_.evaluations += static_cast<long>(fan.size());
+      std::size_t best = fan.size();
+      double least = cost;
+      for (std::size_t k = 0; k < fan.size(); ++k) {
+        const double sum = moved[k].allFinite() ? moved[k].squaredNorm() : HUGE_VAL;
+        if (sum < least) least = sum, best = k;
+      }
+      if (best < fan.size()) {
+        damping_ = std::max(0.1 * damping_ * std::pow(kCoarser, static_cast<double>(best)), 1e-12);
+        accept(fan[best], moved[best]);
+        return cost - least > tolerance * cost;
       }
       if (state_ != State::exact) {
         if (!renew()) return false;
       } else {
-        damping_ *= 8.0;
+        damping_ *= std::pow(kCoarser, static_cast<double>(fan.size()));
+        tried += static_cast<int>(fan.size());
       }
     }
     return false;
@@ -109,8 +117,7 @@ class ProjectedDescent {
   /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
   bool at_the_bottom(double tolerance) {
     if (state_ != State::exact && !renew()) return true;
-    const double cost = residual_.squaredNorm();
-    return cost - (residual_ + jacobian_ * way_to(step())).squaredNorm() <= tolerance * cost;
+    return promise_of(way_to(steps().front())) <= tolerance * residual_.squaredNorm();
   }
 
   const Eigen::VectorXd& residual() const { return residual_; }
@@ -118,7 +125,8 @@ class ProjectedDescent {
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
 
  private:
-  static constexpr int kTrials = 8;
+  static constexpr int kDampings = 8;      ///< tried before it gives up; where lanes are, in one call
+  static constexpr double kCoarser = 8.0;  ///< one over the next
   static constexpr double kFloor = 1e-13;  ///< damping that a singular matrix needs
   static constexpr double kKept = 0.5;  ///< of what a step promised: less, and the next one begins with a new Jacobian
   enum class State { doubtful, updated, exact };
@@ -126,8 +134,20 @@ class ProjectedDescent {
   bool renew() {
     jacobian_ = problem_.jacobian(result_.point, residual_, segments_);
     result_.evaluations += jacobian_.cols();
+    normal_ = squared(jacobian_);
     state_ = State::exact;
-    return jacobian_.allFinite();
+    return normal_.allFinite();
+  }
+
+  static Eigen::MatrixXd squared(const Eigen::MatrixXd& rows) {
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows.cols(), rows.cols());
+    out.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+    return out.selfadjointView<Eigen::Lower>();
+  }
+
+  /// How far the linear look expects the cost to fall along `way`.
+  double promise_of(const Eigen::VectorXd& way) const {
+    return -way.dot(2.0 * (jacobian_.transpose() * residual_) + normal_ * way);
   }
 
   Eigen::VectorXd way_to(const std::vector<double>& next) const {
@@ -140,14 +160,21 @@ class ProjectedDescent {
     const double cost = residual_.squaredNorm(), promised = cost - expected.squaredNorm();
     const bool kept_its_word = cost - moved.squaredNorm() > kKept * promised;
     state_ = kept_its_word ? State::updated : State::doubtful;
-    const Eigen::VectorXd weighed = jacobian_.colwise().squaredNorm().transpose().cwiseProduct(way);
-    const double length = weighed.dot(way);
-    if (length > 0.0) jacobian_ += (moved - expected) * (weighed / length).transpose();
+    const Eigen::VectorXd weighed = normal_.diagonal().cwiseProduct(way);
+    if (const double length = weighed.dot(way); length > 0.0) update(moved - expected, weighed / length);
     result_.point = next;
     residual_ = moved;
   }
 
-  std::vector<double> step() const {
+  /// J += a b^T, and J^T J with it.
+  void update(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    const Eigen::VectorXd along = jacobian_.transpose() * a;
+    normal_ += along * b.transpose() + b * along.transpose() + a.squaredNorm() * b * b.transpose();
+    jacobian_.noalias() += a * b.transpose();
+  }
+
+  /// Where the step ends at the present damping and, where they cost no more, at coarser ones.
+  std::vector<std::vector<double>> steps() const {
     const Eigen::VectorXd gradient = jacobian_.transpose() * residual_;
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < gradient.size(); ++i) {
@@ -156,15 +183,19 @@ class ProjectedDescent {
                          (result_.point[a] >= axes_[a].upper && gradient(i) < 0.0);
       if (!stuck) free.push_back(i);
     }
-    std::vector<double> next = result_.point;
-    if (free.empty()) return next;
-    const Eigen::MatrixXd moving = jacobian_(Eigen::all, free);
-    const Eigen::VectorXd delta = damped_step(moving.transpose() * moving, gradient(free), damping_ + kFloor);
-    for (std::size_t k = 0; k < free.size(); ++k) {
-      const std::size_t a = static_cast<std::size_t>(free[k]);
-      next[a] = std::clamp(next[a] + delta(static_cast<Eigen::Index>(k)), axes_[a].lower, axes_[a].upper);
+    if (free.empty()) return {result_.point};
+    const Eigen::MatrixXd normal = normal_(free, free);
+    std::vector<std::vector<double>> out(problem_.simulator().lanes() > 1 ? kDampings : 1, result_.point);
+    double damping = damping_;
+    for (std::vector<double>& next : out) {
+      const Eigen::VectorXd delta = damped_step(normal, gradient(free), damping + kFloor);
+      damping *= kCoarser;
+      for (std::size_t k = 0; k < free.size(); ++k) {
+        const std::size_t a = static_cast<std::size_t>(free[k]);
+        next[a] = std::clamp(next[a] + delta(static_cast<Eigen::Index>(k)), axes_[a].lower, axes_[a].upper);
+      }
     }
-    return next;
+    return out;
   }
 
   Problem& problem_;
@@ -172,7 +203,7 @@ class ProjectedDescent {
   LeastSquaresResult& result_;
   const std::vector<Axis>& axes_;
   Eigen::VectorXd residual_;
-  Eigen::MatrixXd jacobian_;
+  Eigen::MatrixXd jacobian_, normal_;  ///< normal_: J^T J
   State state_ = State::doubtful;
   double damping_ = 1e-4;
 };

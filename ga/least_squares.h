@@ -13,6 +13,7 @@ struct LeastSquaresOptions {
   double tolerance = 1e-9;  ///< relative change of the cost at which it stops, if that is over .05 of chi-square
   bool polish = true;       ///< Ceres takes the coordinates off their bounds to the bottom
   const Eigen::MatrixXd* jacobian = nullptr;  ///< at the start, if it is known
+  bool nearby = false;                        ///< that Jacobian is of a point or an integration step close by
   RunControl control;
 };
 
