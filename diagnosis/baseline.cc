@@ -30,24 +30,32 @@ bool update_weights(CurrentModel& current, const Experiment& experiment, const S
   return true;
 }
 
-/// The population search, at a coarser step if that can be simulated; its best, re-identified until little is gained.
-/// `fit` receives the record of the search.
-std::optional<LeastSquaresResult> search(const PlantModel& model, const Experiment& experiment,
-                                         const SearchSpace& space, const IdentifyOptions& options, double step,
-                                         FitResult& fit) {
+/// Whether the train recordings can be simulated from `point` at that step.
+bool runs(const CurrentModel& current, const Experiment& experiment, SimulatorOptions simulator, double step) {
+  simulator.max_step = step;
+  Problem problem(current.model, experiment, current.space, simulator, current.weights);
+  return problem.residual(current.fit.point, experiment.with_role(Role::train)).allFinite();
+}
+
+/// The population search and its best, re-identified until little is gained: at the present model's step, the search at
+/// a coarser one where that model runs. `fit` receives the record of the search. Nothing where no member runs: the
+/// present model stands.
+std::optional<LeastSquaresResult> search(const CurrentModel& present, const Experiment& experiment,
+                                         const IdentifyOptions& options, double step, FitResult& fit) {
   IdentifyOptions searched = options;
   if (searched.optimizer == Optimizer::ga_lsq) searched.optimizer = Optimizer::ga;
+  const bool coarser = runs(present, experiment, options.simulator, kSearchStep * step);
+  searched.step = coarser ? kSearchStep * step : step;
+  CurrentModel best = present;
   try {
-    searched.step = kSearchStep * step;
-    fit = identify(model, experiment, space, searched);
+    fit = identify(present.model, experiment, present.space, searched);
   } catch (const WorkError&) {
-    searched.step = step;
-    fit = identify(model, experiment, space, searched);
+    return std::nullopt;
   }
-  CurrentModel best{model, space, first_weights(model, experiment), fit.solution};
+  best.fit = fit.solution;
   SimulatorOptions simulator = options.simulator;
   simulator.max_step = step;
-  if (!refit(best, experiment, simulator, options.control, kRefitTolerance, nullptr)) return std::nullopt;
+  if (!refit(best, experiment, simulator, options.control)) return std::nullopt;
   return best.fit;
 }
 
@@ -146,14 +154,14 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
                             const IdentifyOptions& options, FitResult& fit) {
   IdentifyOptions from_start = options;
   from_start.optimizer = Optimizer::lsq;
-  from_start.rough = true;
+  from_start.tolerance = kRefitTolerance;
   fit = identify(model, experiment, space, from_start);
   SimulatorOptions simulator = options.simulator;
   simulator.max_step = fit.step.step;
   CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
   if (options.optimizer != Optimizer::lsq && space.size() > 0) {
     FitResult searched;
-    const auto other = search(model, experiment, space, options, fit.step.step, searched);
+    const auto other = search(current, experiment, options, fit.step.step, searched);
     if (other && other->sum_of_squares < fit.solution.sum_of_squares) current.fit = *other;
     fit.optimizer = to_string(options.optimizer);
     fit.history = std::move(searched.history);

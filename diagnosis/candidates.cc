@@ -88,6 +88,32 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
   return axes;
 }
 
+std::vector<std::vector<double>> starting_points(const PlantModel& model, const Experiment& experiment,
+                                                 const std::vector<Axis>& axes) {
+  const auto parameter = [&](const Axis& a) -> const Parameter& {
+    return model.parameters()[static_cast<std::size_t>(a.parameter)];
+  };
+  std::vector<std::vector<double>> starts{{}};
+  for (std::size_t first = 0, last = 0; first < axes.size(); first = last) {
+    const ParameterInfo* info = parameter(axes[first]).info;
+    while (last < axes.size() && parameter(axes[last]).info == info) ++last;
+    std::vector<std::vector<double>> grown;
+    for (const auto& start : starts) {
+      for (const double factor : info->starts) {
+        grown.push_back(start);
+        for (std::size_t a = first; a < last; ++a) {
+          const int joint = parameter(axes[a]).joint;
+          const double size = typical_size(info->scale, model, experiment, joint, model.values());
+          const double value = typical_origin(info->scale, experiment, joint) + factor * size;
+          grown.back().push_back(to_search(info->coordinate, value));
+        }
+      }
+    }
+    starts = std::move(grown);
+  }
+  return starts;
+}
+
 CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
                       const std::vector<double>& point, const std::vector<double>& own) {
   CurrentModel out{current.model.with_effects({spec}), current.space, current.weights, {}};

@@ -25,6 +25,11 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
 std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,
                               const EffectSpec& spec);
 
+/// Where a search for an effect's own numbers begins: every combination of their starting sizes, in search coordinates;
+/// those of every joint go together.
+std::vector<std::vector<double>> starting_points(const PlantModel& model, const Experiment& experiment,
+                                                 const std::vector<Axis>& axes);
+
 /// The current model with one more effect, its parameters as further axes; `own` are their start coordinates.
 CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
                       const std::vector<double>& point, const std::vector<double>& own);

@@ -10,7 +10,8 @@
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
 // of the effective samples (Schwarz). Gains closer to the best than what the integration error can feign count as the
 // best's, so that of two indistinguishable explanations the one with fewer numbers wins. Probabilities are shares of
-// exp(evidence) among all that pass and chance.
+// exp(evidence) among all that pass and chance, which no such tie lifts them over; where chance is more probable than
+// all that pass together, none is kept.
 #pragma once
 
 #include <cstdint>
@@ -40,8 +41,8 @@ struct DecideOptions {
   double integration_error = 0.0;  ///< rms over the noise's, at the step in use
 };
 
-/// A candidate with fewer numbers than the one kept that could stand in the same place: with another effect beside it, it may
-/// be the truth that the one kept imitates.
+/// A candidate with fewer numbers than the one kept that could stand in the same place: with another effect beside it, it
+/// may be the truth that the one kept imitates.
 struct Branch {
   Finding finding;
   CurrentModel model;

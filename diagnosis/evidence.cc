@@ -89,8 +89,7 @@ Eigen::MatrixXd prediction_spread(const Eigen::MatrixXd& fitted, const Eigen::Ve
                                   std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere) {
   if (fitted.cols() == 0) return {};
   const Eigen::MatrixXd normal = fitted.transpose() * fitted;
-  const Eigen::VectorXd scale =
-      normal.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::VectorXd scale = column_scales(normal);
   Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
   unit.diagonal().setConstant(1.0 + kSingular);
   const double variance = residual.squaredNorm() / effective_samples(residual, blocks);

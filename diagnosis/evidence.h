@@ -30,8 +30,8 @@ Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, 
 /// recordings: without any effect its sum of products with the residual before has mean 0 and the variance of noise sent
 /// through it. `standard_errors` is that sum over its standard deviation, channels weighed by the noise that they are left
 /// with, slow noise counted at its effective samples, and the model's own errors (`spread`) sent through d besides;
-/// `p_value` its one-sided normal chance. It asks for the direction
-/// only: whether the size is right, too, says the sign of `gain`.
+/// `p_value` its one-sided normal chance. It asks for the direction only: whether the size is right, too, says the sign
+/// of `gain`.
 struct HeldoutGain {
   double gain = 0.0, share = 0.0;
   double error = 0.0;  ///< standard error of the gain if the effect is there

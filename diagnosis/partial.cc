@@ -24,7 +24,7 @@ std::vector<std::string> files_of(const Experiment& experiment, Role role) {
 }  // namespace
 
 std::vector<std::string> likely_recordings(const CurrentModel& current, const Experiment& experiment,
-                                           const SimulatorOptions& options, const EffectSpec& spec) {
+                                           const CoarseLook& coarse, const EffectSpec& spec) {
   const std::vector<int> train = experiment.with_role(Role::train);
   const std::vector<std::string> files = files_of(experiment, Role::train);
   if (files.size() < 2) return {};
@@ -34,13 +34,13 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
   const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
   const double size =
       info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
-  Problem problem(model, experiment, current.space, options, current.weights);
+  Problem problem(model, experiment, current.space, coarse.simulator, current.weights);
   std::vector<double> values = model.values();
   const std::vector<double> plain = current.space.expand(current.fit.point);
   std::copy(plain.begin(), plain.end(), values.begin());
   values[static_cast<std::size_t>(axis.parameter)] = size;
   const std::vector<std::vector<double>> one{values};
-  const Eigen::VectorXd column = (problem.residuals_of(one, train).front() - current.fit.residual) / size;
+  const Eigen::VectorXd column = (coarse.residuals_of(problem, one, train).front() - current.fit.residual) / size;
   const Eigen::Index base = current.fit.jacobian.cols(), count = static_cast<Eigen::Index>(files.size());
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(column.size(), base + count);
   J.leftCols(base) = current.fit.jacobian;

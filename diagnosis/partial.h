@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/candidates.h"
+#include "diagnosis/coarse.h"
 
 namespace lacuna {
 
@@ -13,7 +13,7 @@ namespace lacuna {
 /// free, to first order; on are those above half of the largest, measured from the smallest (the plain parameters
 /// may have taken up what is common to all). Empty: in all, or in none that could be told.
 std::vector<std::string> likely_recordings(const CurrentModel& current, const Experiment& experiment,
-                                           const SimulatorOptions& options, const EffectSpec& spec);
+                                           const CoarseLook& coarse, const EffectSpec& spec);
 
 /// Files among the recordings of `roles` in which the effect at `component` is on: those whose first second the model
 /// predicts better with it than without. `values` include the effect.

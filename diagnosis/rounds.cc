@@ -40,19 +40,26 @@ void refine_step(CurrentModel& current, const Experiment& experiment, SimulatorO
   refine(current, experiment, simulator, quiet, kRefinedIterations);
 }
 
-/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere only if nothing is found there.
+/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere, too, only if nothing is found
+/// there. `joints` empty: everywhere at once.
 Decision next_decision(const CurrentModel& current, const Experiment& experiment,
                        const std::vector<std::string>& joints, DecideOptions options, const Report& report) {
-  ScreenOptions screen{options.simulator, 5, joints, [&](double d) { report("every effect at every place", 0.5 * d); }};
-  for (;;) {
-    std::vector<ScreenedEffect> screened = screen_effects(current, experiment, screen);
-    report("weighing on held-out recordings", 0.5);
-    const double all = static_cast<double>(experiment.joint_names.size());
-    options.choices = screen.joints.empty() ? 1.0 : all / static_cast<double>(screen.joints.size());
-    Decision decision = decide(current, experiment, std::move(screened), options);
-    if (decision.finding || screen.joints.empty()) return decision;
-    screen.joints.clear();
-  }
+  const auto first = [&](const std::string& place) {
+    return joints.empty() || place == "arm" || std::find(joints.begin(), joints.end(), place) != joints.end();
+  };
+  const auto progress = [&](double d) { report("every effect at every place", 0.5 * d); };
+  std::vector<ScreenedEffect> screened = screen_effects(current, experiment, {options.simulator, first, progress});
+  const double all = static_cast<double>(experiment.joint_names.size());
+  options.choices = joints.empty() ? 1.0 : all / static_cast<double>(joints.size());
+  report("weighing on held-out recordings", 0.5);
+  Decision decision = decide(current, experiment, screened, options);
+  if (decision.finding || joints.empty()) return decision;
+  const auto elsewhere = [&](const std::string& place) { return !first(place); };
+  for (ScreenedEffect& effect : screen_effects(current, experiment, {options.simulator, elsewhere, progress}))
+    screened.push_back(std::move(effect));
+  options.choices = 1.0;
+  report("weighing on held-out recordings", 0.5);
+  return decide(current, experiment, std::move(screened), options);
 }
 
 /// Where the one kept could be two simpler effects at its joint: log-odds of the branch together with the best of all effects
@@ -62,8 +69,10 @@ double odds_of_pair(const Decision& decision, const Experiment& experiment, Deci
   if (!decision.branch || decision.branch->finding.place == "arm") return -HUGE_VAL;
   const CurrentModel& first = decision.branch->model;
   options.simulator = decision.simulator;
-  const ScreenOptions screen{options.simulator, 5, {decision.branch->finding.place}, nullptr};
-  std::vector<ScreenedEffect> screened = screen_effects(first, experiment, screen);
+  const auto there = [&](const std::string& place) { return place == decision.branch->finding.place; };
+  std::vector<ScreenedEffect> screened = screen_effects(first, experiment, {options.simulator, there});
+  const auto room = static_cast<int>(decision.model.space.size() - first.space.size());
+  std::erase_if(screened, [&](const ScreenedEffect& s) { return s.parameters > room; });
   Problem kept(decision.model.model, experiment, decision.model.space, options.simulator, first.weights);
   const double enough =
       kAsGood * kept.residual(decision.model.fit.point, experiment.with_role(Role::train)).squaredNorm();

@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 
+#include "diagnosis/coarse.h"
 #include "diagnosis/partial.h"
 #include "diagnosis/projector.h"
 
@@ -43,15 +44,16 @@ struct Chain {
 /// All starts of one effect, in a model that holds it at every place at its neutral value.
 class EffectScreen {
  public:
-  EffectScreen(const CurrentModel& current, const Experiment& experiment, const ScreenOptions& options,
+  EffectScreen(const CurrentModel& current, const Experiment& experiment, const CoarseLook& coarse, int steps,
                std::vector<EffectSpec> specs, std::vector<int> train)
       : current_(current),
         experiment_(experiment),
-        options_(options),
+        coarse_(coarse),
+        steps_(steps),
         specs_(std::move(specs)),
         train_(std::move(train)),
         model_(current.model.with_effects(specs_)),
-        problem_(model_, experiment, current.space, options.simulator, current.weights),
+        problem_(model_, experiment, current.space, coarse.simulator, current.weights),
         base_(static_cast<Eigen::Index>(current.space.size())) {}
 
   /// First look: every start with the optional parameters neutral, linearised. Keeps the most promising ones of a place.
@@ -90,7 +92,7 @@ class EffectScreen {
   /// promising start of all does (`most_promising`), by a few steps only.
   std::vector<ScreenedEffect> run(double most_promising) {
     const double present = current_.fit.residual.squaredNorm();
-    for (int step = 0; step < options_.steps; ++step) {
+    for (int step = 0; step < steps_; ++step) {
       std::vector<Chain*> walking;
       for (Chain& chain : chains_) {
         const bool worthwhile = present - chain.promise >= kWorthwhile * (present - most_promising);
@@ -146,37 +148,11 @@ class EffectScreen {
     return spec;
   }
 
-  /// Every combination of the parameters' starting sizes; those of every joint go together.
-  std::vector<std::vector<double>> starting_points(const std::vector<Axis>& axes) const {
-    std::vector<std::vector<double>> starts{{}};
-    for (std::size_t first = 0, last = 0; first < axes.size(); first = last) {
-      const ParameterInfo* info = model_.parameters()[static_cast<std::size_t>(axes[first].parameter)].info;
-      auto same = [&](const Axis& a) {
-        return model_.parameters()[static_cast<std::size_t>(a.parameter)].info == info;
-      };
-      while (last < axes.size() && same(axes[last])) ++last;
-      std::vector<std::vector<double>> grown;
-      for (const auto& start : starts) {
-        for (const double factor : info->starts) {
-          grown.push_back(start);
-          for (std::size_t a = first; a < last; ++a) {
-            const int joint = model_.parameters()[static_cast<std::size_t>(axes[a].parameter)].joint;
-            const double size = typical_size(info->scale, model_, experiment_, joint, model_.values());
-            const double value = typical_origin(info->scale, experiment_, joint) + factor * size;
-            grown.back().push_back(to_search(info->coordinate, value));
-          }
-        }
-      }
-      starts = std::move(grown);
-    }
-    return starts;
-  }
-
   void add_starts(int component, bool refined, std::vector<Chain>& out) const {
     const Component& c = model_.effects()[static_cast<std::size_t>(component)];
     const std::size_t place = static_cast<std::size_t>(component - first_component());
     const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
-    for (const auto& start : starting_points(axes)) {
+    for (const auto& start : starting_points(model_, experiment_, axes)) {
       Chain chain;
       chain.component = component;
       chain.refined = refined;
@@ -210,7 +186,7 @@ class EffectScreen {
     for (int round = 0; round < kSizings; ++round) {
       std::vector<std::vector<double>> values;
       for (const Chain& chain : chains) values.push_back(values_at(chain, chain.x));
-      const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
+      const std::vector<Eigen::VectorXd> residuals = coarse_.residuals_of(problem_, values, train_);
       bool changed = false;
       for (std::size_t k = 0; k < chains.size(); ++k) {
         Chain& chain = chains[k];
@@ -263,7 +239,7 @@ class EffectScreen {
         values.push_back(values_at(chain, moved));
       }
     }
-    const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
+    const std::vector<Eigen::VectorXd> residuals = coarse_.residuals_of(problem_, values, train_);
     std::size_t k = 0;
     for (Chain& chain : chains) {
       const std::size_t at = k++;
@@ -326,7 +302,7 @@ class EffectScreen {
       chain->tried = chain->x;
       key = hash_of(std::as_bytes(std::span(chain->x.data(), static_cast<std::size_t>(chain->x.size()))), key);
     }
-    const SimulatorOptions& on = options_.simulator;
+    const SimulatorOptions& on = coarse_.simulator;
     make_executor(on.threads, on.ranks, on.stop)
         ->run(
             static_cast<int>(walking.size()), [&](int, int k) { propose_step(*walking[static_cast<std::size_t>(k)]); },
@@ -341,7 +317,7 @@ class EffectScreen {
   void judge(const std::vector<Chain*>& walking) {
     std::vector<std::vector<double>> values;
     for (const Chain* chain : walking) values.push_back(values_at(*chain, chain->tried));
-    const std::vector<Eigen::VectorXd> residuals = problem_.residuals_of(values, train_);
+    const std::vector<Eigen::VectorXd> residuals = coarse_.residuals_of(problem_, values, train_);
     for (std::size_t k = 0; k < walking.size(); ++k) {
       Chain& chain = *walking[k];
       const Eigen::VectorXd step = chain.tried - chain.x;
@@ -385,7 +361,8 @@ class EffectScreen {
 
   const CurrentModel& current_;
   const Experiment& experiment_;
-  const ScreenOptions& options_;
+  const CoarseLook& coarse_;
+  int steps_;
   std::vector<EffectSpec> specs_;
   std::vector<int> train_;
   PlantModel model_;
@@ -411,23 +388,22 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
   const std::vector<int> train = experiment.with_role(Role::train);
   const Projector projector(current.fit.jacobian);
   std::vector<std::unique_ptr<EffectScreen>> screens;
+  const CoarseLook coarse = coarse_look(current, experiment, options.simulator);
   auto look = [&](std::vector<EffectSpec> specs) {
-    screens.push_back(std::make_unique<EffectScreen>(current, experiment, options, std::move(specs), train));
+    screens.push_back(
+        std::make_unique<EffectScreen>(current, experiment, coarse, options.steps, std::move(specs), train));
     screens.back()->look(projector);
   };
   const auto& table = effect_table();
   for (std::size_t e = 0; e < table.size(); ++e) {
     if (options.progress) options.progress(0.6 * static_cast<double>(e) / static_cast<double>(table.size()));
     std::vector<EffectSpec> specs = places_of(table[e], current, experiment);
-    if (table[e].where == Where::joint && !options.joints.empty())
-      std::erase_if(specs, [&](const EffectSpec& spec) {
-        return std::find(options.joints.begin(), options.joints.end(), spec.place) == options.joints.end();
-      });
+    std::erase_if(specs, [&](const EffectSpec& spec) { return !options.where(spec.place); });
     if (specs.empty()) continue;
     look(specs);
     if (!table[e].per_recording) continue;
     for (EffectSpec partial : specs) {
-      partial.recordings = likely_recordings(current, experiment, options.simulator, partial);
+      partial.recordings = likely_recordings(current, experiment, coarse, partial);
       if (!partial.recordings.empty()) look({partial});
     }
   }

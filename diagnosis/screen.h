@@ -4,6 +4,7 @@
 // over all parameters at once, the plain ones and its own. The sensitivities are those of the present fit plus the
 // effect's own, kept up to date by Broyden's rank-one update, so a step costs one simulation a candidate and all
 // candidates of an effect share one population call. Source of the update: C. G. Broyden, Math. Comp. 19 (1965).
+// All that is simulated here only ranks, and is simulated at a coarser step where that is good enough (coarse.h).
 #pragma once
 
 #include <string>
@@ -26,10 +27,10 @@ struct ScreenedEffect {
 };
 
 struct ScreenOptions {
-  SimulatorOptions simulator;  ///< engine, threads, step
-  int steps = 5;
-  std::vector<std::string> joints = {};  ///< where joints' effects are tried; empty: everywhere
-  std::function<void(double done)> progress;
+  SimulatorOptions simulator;                           ///< engine, threads, step
+  std::function<bool(const std::string& place)> where;  ///< whether effects are tried there: a joint, "arm"
+  std::function<void(double done)> progress = {};
+  int steps = 5;  ///< of Gauss and Newton, of promising starts
 };
 
 /// Every effect of the catalogue at every place where it can act and does not stand yet; the best of its starts.

@@ -16,7 +16,6 @@ constexpr double kTwoSided95 = 1.959963984540054;
 /// A value this near a bound, as a share of the range, counts as stuck at it.
 constexpr double kAtBound = 1e-4;
 constexpr double kIdentifiable = 0.5;
-constexpr double kRoughTolerance = 1e-3;  ///< relative change of the cost
 
 constexpr std::pair<Optimizer, const char*> kNames[] = {{Optimizer::ga, "ga"},
                                                         {Optimizer::cmaes, "cmaes"},
@@ -188,7 +187,7 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   finish.control = options.control;
   const bool refine = options.optimizer == Optimizer::lsq || options.optimizer == Optimizer::ga_lsq;
   if (!refine) finish.iterations = 0, finish.polish = false;
-  if (options.rough) finish.tolerance = kRoughTolerance, finish.polish = false;
+  if (options.tolerance) finish.tolerance = *options.tolerance, finish.polish = false;
   fit.solution = solve_least_squares(problem, start, train, finish);
   fit.point = fit.solution.point;
   fit.evaluations += fit.solution.evaluations;

@@ -21,7 +21,8 @@ struct IdentifyOptions {
   GeneticOptions genetic;      ///< population, generations, codings, operators, seed
   SimulatorOptions simulator;  ///< engine, threads; max_step is chosen unless `step` is given
   std::optional<double> step;  ///< s
-  bool rough = false;          ///< least squares until a step gains little only: the caller follows the best of several
+  /// Least squares stops where a step gains less than this share of the cost: the caller follows the best of several.
+  std::optional<double> tolerance;
   RunControl control;
 };
 

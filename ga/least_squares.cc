@@ -70,7 +70,8 @@ std::vector<double> within_bounds(const SearchSpace& space, std::vector<double> 
 /// freely and are cut at their bounds. (Ceres' own bounded search takes several times the simulations here: its line
 /// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after a
 /// step that did what it promised the old one is kept, with Broyden's rank-one update in the units of its columns, and
-/// only the end is checked with a new one. Trials of several dampings are lanes of one pass. Source: C. G. Broyden, Math. Comp. 19 (1965).
+/// only the end is checked with a new one. Trials of several dampings are lanes of one pass. Source: C. G. Broyden,
+/// Math. Comp. 19 (1965).
 class ProjectedDescent {
  public:
   /// `jacobian`: at result.point, if it is known.
@@ -262,9 +263,12 @@ void polish(Problem& problem, std::span<const int> segments, Eigen::Index rows, 
 
 }  // namespace
 
+Eigen::VectorXd column_scales(const Eigen::MatrixXd& normal) {
+  return normal.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+}
+
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping) {
-  const Eigen::VectorXd scale =
-      normal.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const Eigen::VectorXd scale = column_scales(normal);
   Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
   unit.diagonal().setConstant(1.0 + damping);
   return scale.cwiseProduct(unit.ldlt().solve(-scale.cwiseProduct(gradient)));

@@ -27,6 +27,9 @@ struct LeastSquaresResult {
   bool converged = false;
 };
 
+/// What brings each coordinate of a normal matrix J^T J to unit size; 0 for one without effect.
+Eigen::VectorXd column_scales(const Eigen::MatrixXd& normal);
+
 /// The step of Levenberg and Marquardt: (N + damping diag N) x = -gradient, N normal matrix. Each column is scaled by its
 /// own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without effect is left alone.
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping);

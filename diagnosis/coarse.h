@@ -1,0 +1,27 @@
+// The neighbourhood of the present model at a coarser step than its own.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "diagnosis/candidates.h"
+
+namespace lacuna {
+
+/// A step at which neighbours of the present model are compared with it: many simulations that are only to be ranked. What
+/// that step does to the present model itself is known, and taken off all of them.
+struct CoarseLook {
+  SimulatorOptions simulator;  ///< with that step
+  Eigen::VectorXd correction;  ///< whitened; to be added to the residuals of `train` at that step
+
+  /// Corrected residuals of full parameter vectors.
+  std::vector<Eigen::VectorXd> residuals_of(Problem& problem, std::span<const std::vector<double>> values,
+                                            std::span<const int> train) const;
+};
+
+/// The longest of two and four times the model's step at which the correction is no more than a tenth of the energy that
+/// is to be explained; the model's own step where even the first is too long.
+CoarseLook coarse_look(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator);
+
+}  // namespace lacuna

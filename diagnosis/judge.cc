@@ -1,0 +1,251 @@
+#include "diagnosis/judge.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/kin.h"
+#include "diagnosis/partial.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kLeastShare = 0.25;
+constexpr double kDisappointing = 1.5;   ///< energy left over the promised one
+constexpr double kAtEnd = 1e-6;          ///< of a parameter's typical size
+constexpr double kHalved = 16.0 / 15.0;  ///< error at a step of a fourth-order method over its change when halved
+constexpr double kOneNat = 2.0;          ///< energy over noise that a log-likelihood of 1 is worth
+
+/// A typical step along the axis, in its coordinate; at most its length.
+double size_of(const Axis& axis, const Parameter& p, const PlantModel& model, const Experiment& experiment) {
+  const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
+  const double along = axis.coordinate == Coordinate::linear    ? size
+                       : axis.coordinate == Coordinate::inverse ? 1.0 / size
+                                                                : 1.0;
+  return std::min(along, axis.upper - axis.lower);
+}
+
+/// An own number driven to the end of its range, as seen at its typical size. Optional ones and those of every joint may
+/// stand there; all but the leading one may stand at an end at or beyond which their neutral value lies.
+bool at_end(const Tried& tried, const Experiment& experiment) {
+  const PlantModel& model = tried.model.model;
+  const auto& axes = tried.model.space.axes();
+  const std::size_t plain = axes.size() - tried.effect.own.size();
+  for (std::size_t k = 0; k < tried.effect.own.size(); ++k) {
+    const Axis& axis = axes[plain + k];
+    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    if (p.info->optional || p.info->per_joint) continue;
+    const double x = tried.model.fit.point[plain + k], margin = kAtEnd * size_of(axis, p, model, experiment);
+    if (!std::isfinite(margin)) continue;
+    const double neutral = to_search(axis.coordinate, p.neutral);
+    const bool low = x <= axis.lower + margin && !(k > 0 && neutral <= axis.lower + margin);
+    const bool high = x >= axis.upper - margin && !(k > 0 && neutral >= axis.upper - margin);
+    if (low || high) return true;
+  }
+  return false;
+}
+
+bool is_finite(const Tried& tried) {
+  return std::all_of(tried.effect.own.begin(), tried.effect.own.end(), [](double x) { return std::isfinite(x); });
+}
+
+}  // namespace
+
+Judge::Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries)
+    : current_(current),
+      experiment_(experiment),
+      options_(options),
+      simulator_(options.simulator),
+      tries_(tries),
+      train_(experiment.with_role(Role::train)),
+      validate_(experiment.with_role(Role::validate)),
+      plain_(current.model, experiment, current.space, options.simulator, current.weights) {
+  before_validate_ = plain_.residual(current.fit.point, validate_);
+  floor_ = noise_floor();
+  if (validate_.empty() || current.space.size() == 0) return;
+  spread_ = prediction_spread(current.fit.jacobian, current.fit.residual, plain_.layout(train_),
+                              plain_.jacobian(current.fit.point, before_validate_, validate_));
+}
+
+Tried Judge::weigh(ScreenedEffect effect) {
+  Tried out{std::move(effect), current_, {}, {}};
+  set_recordings(out);
+  out.model = extended(current_, experiment_, out.effect.spec, out.effect.point, out.effect.own);
+  out.train = residual_gain(current_.fit.residual, out.effect.residual, plain_.layout(train_));
+  judge_heldout(out);
+  return out;
+}
+
+double Judge::promised_rest(const Tried& tried) const {
+  return tried.effect.promise / std::max(current_.fit.residual.squaredNorm(), 1e-300);
+}
+
+bool Judge::disappoints(const Tried& tried) const {
+  return tried.effect.residual.squaredNorm() > kDisappointing * tried.effect.promise;
+}
+
+void Judge::refit_from_first_look(Tried& tried) {
+  Tried again{tried};
+  again.effect.point.assign(current_.fit.point.begin(), current_.fit.point.end());
+  again.effect.own = tried.effect.first_own;
+  again.model = extended(current_, experiment_, again.effect.spec, again.effect.point, again.effect.own);
+  if (refit(again) && again.effect.residual.squaredNorm() < tried.effect.residual.squaredNorm())
+    tried = std::move(again);
+}
+
+bool Judge::refit(Tried& tried) {
+  tried.refitted = true;
+  CurrentModel& model = tried.model;
+  model.weights = current_.weights;
+  if (!lacuna::refit(model, experiment_, simulator_, options_.control)) return false;
+  const std::vector<double> weights = weights_from(model, experiment_, simulator_);
+  if (weights != model.weights) {
+    model.fit.jacobian = reweighed(model.fit.jacobian, plain_.layout(train_), model.weights, weights);
+    model.weights = weights;
+    if (!settle(model)) return false;
+  }
+  take_over(tried);
+  return true;
+}
+
+void Judge::follow(Tried& tried) {
+  if (settle(tried.model)) take_over(tried);
+}
+
+double Judge::step_for(const Tried& tried) const {
+  return choose_step(tried.model.model, experiment_, simulator_, tried.model.space.expand(tried.model.fit.point)).step;
+}
+
+double Judge::doubt(const Tried& tried) const {
+  SimulatorOptions halved = simulator_;
+  halved.max_step *= 0.5;
+  Problem problem(tried.model.model, experiment_, tried.model.space, halved, current_.weights);
+  const Eigen::VectorXd& rest = tried.effect.residual;
+  const Eigen::VectorXd error = kHalved * (problem.residual(tried.model.fit.point, train_) - rest);
+  std::vector<double> errors(tried.train.channels.size(), 0.0), rests = errors;
+  for (const ResidualBlock& block : plain_.layout(train_)) {
+    const std::size_t c = static_cast<std::size_t>(block.channel);
+    errors[c] += error.segment(block.first, block.count).squaredNorm();
+    rests[c] += rest.segment(block.first, block.count).squaredNorm();
+  }
+  double nats = 0.0;
+  for (std::size_t c = 0; c < errors.size(); ++c) {
+    if (!(rests[c] > 0.0)) continue;
+    const double ratio = std::sqrt(errors[c] / rests[c]);  // of rms
+    if (!(ratio < 1.0)) return HUGE_VAL;
+    const double heldout = c < tried.heldout.whole.channels.size() ? tried.heldout.whole.channels[c].effective : 0.0;
+    nats -= (tried.train.channels[c].effective + heldout) * std::log1p(-ratio);
+  }
+  return nats;
+}
+
+std::optional<Tried> Judge::freed(const Tried& tried) {
+  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(tried.effect.spec.effect))];
+  EffectSpec spec = tried.effect.spec;
+  for (const ParameterInfo& p : info.parameters) {
+    if (p.optional) spec.parameters.erase(p.name);
+  }
+  if (spec.parameters.size() == tried.effect.spec.parameters.size()) return std::nullopt;
+  const PlantModel model = current_.model.with_effects({spec});
+  std::vector<double> own;
+  std::size_t taken = 0;
+  for (const Axis& axis : effect_axes(model, experiment_, model.effects().back(), spec)) {
+    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const double size = typical_size(p.info->scale, model, experiment_, p.joint, model.values());
+    own.push_back(p.info->optional ? to_search(axis.coordinate, p.info->starts.front() * size)
+                                   : tried.effect.own[taken++]);
+  }
+  Tried free{tried};
+  free.effect.spec = spec;
+  free.effect.own = own;
+  free.effect.parameters = static_cast<int>(own.size());
+  free.model = extended(current_, experiment_, spec, tried.effect.point, own);
+  if (!refit(free)) return std::nullopt;
+  return free;
+}
+
+std::vector<Tried> Judge::kin_of(const Tried& tried, const EffectInfo& kin) {
+  std::vector<Tried> out;
+  for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, experiment_, simulator_))
+    out.push_back(weigh(std::move(start)));
+  return out;
+}
+
+std::string Judge::objection(const Tried& tried) const {
+  if (!is_finite(tried)) return "a parameter is not finite";
+  if (at_end(tried, experiment_)) return "a parameter at the end of its range";
+  if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);
+  if (validate_.empty()) return "no validate recording to prove it on";
+  if (!held_out(tried.heldout)) {
+    return fmt::format("held-out gain {:.1f}, {:.1f} standard errors its way", tried.heldout.gain,
+                       tried.heldout.standard_errors);
+  }
+  if (const double share = share_of_excess(tried); share < kLeastShare) {
+    return fmt::format("removes {:.2g} of the held-out energy above the noise", share);
+  }
+  return "";
+}
+
+double Judge::share_of_excess(const Tried& tried) const {
+  const double before = before_validate_.squaredNorm();
+  return tried.heldout.share * before / std::max(before - floor_, 1e-3 * before);
+}
+
+/// The model's fit becomes the candidate's figures.
+void Judge::take_over(Tried& tried) {
+  const CurrentModel& model = tried.model;
+  const std::size_t base = current_.space.size();
+  tried.effect.point.assign(model.fit.point.begin(), model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
+  tried.effect.own.assign(model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), model.fit.point.end());
+  tried.effect.residual = reweighed(model.fit.residual, plain_.layout(train_), model.weights, current_.weights);
+  tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
+  judge_heldout(tried);
+}
+
+/// From a fit with its Jacobian to where a step is worth less than one nat.
+bool Judge::settle(CurrentModel& model) {
+  const Eigen::MatrixXd known = model.fit.jacobian;
+  const double tolerance = kOneNat / static_cast<double>(model.fit.residual.size());
+  return lacuna::refit(model, experiment_, simulator_, options_.control, tolerance, &known);
+}
+
+/// Energy that the noise alone would leave on the validate recordings; 0 where it is unknown.
+double Judge::noise_floor() const {
+  const std::vector<double> noise = noise_levels(current_.model, experiment_);
+  double floor = 0.0;
+  for (const ResidualBlock& block : plain_.layout(validate_)) {
+    const std::size_t c = static_cast<std::size_t>(block.channel);
+    const double ratio = noise[c] > 0.0 ? noise[c] / current_.weights[c] : 0.0;
+    floor += ratio * ratio * static_cast<double>(block.count);
+  }
+  return floor;
+}
+
+/// An effect that is on in some recordings only: which of the validate and test recordings have it is read off
+/// their first second, as their start state is.
+void Judge::set_recordings(Tried& tried) {
+  EffectSpec& spec = tried.effect.spec;
+  if (spec.recordings.empty()) return;
+  EffectSpec everywhere = spec;
+  everywhere.recordings.clear();
+  const CurrentModel all = extended(current_, experiment_, everywhere, tried.effect.point, tried.effect.own);
+  const std::vector<double> values = all.space.expand(all.fit.point);
+  for (const std::string& file : recordings_with_effect(all.model, all.model.effects().back(), values, experiment_,
+                                                        simulator_, current_.weights, {Role::validate, Role::test})) {
+    if (std::find(spec.recordings.begin(), spec.recordings.end(), file) == spec.recordings.end()) {
+      spec.recordings.push_back(file);
+    }
+  }
+}
+
+void Judge::judge_heldout(Tried& tried) {
+  tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tries_);
+  if (validate_.empty()) return;
+  Problem problem(tried.model.model, experiment_, tried.model.space, simulator_, current_.weights);
+  const Eigen::VectorXd after = problem.residual(tried.model.fit.point, validate_);
+  tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_), spread_);
+  tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tried.heldout, tries_);
+}
+
+}  // namespace lacuna

@@ -1,0 +1,96 @@
+// A candidate on its way through a decision, and what can be done with it: weighing on held-out recordings,
+// re-identification, objections.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "diagnosis/decide.h"
+
+namespace lacuna {
+
+/// A candidate with its model, re-identified, and both residuals.
+struct Tried {
+  ScreenedEffect effect;
+  CurrentModel model;
+  Gain train;
+  HeldoutGain heldout;
+  double p_value = 1.0;
+  bool refitted = false;
+
+  double evidence = 0.0;     ///< against other candidates, see sort_by_evidence
+  double over_chance = 0.0;  ///< the same against nothing: no tie makes it larger
+  std::string objection{};   ///< why it cannot be what is missing; empty: it can
+};
+
+/// Weighs candidates for one model. Residuals are kept in that model's weights, so that candidates compare.
+class Judge {
+ public:
+  /// `tries`: by which chances are multiplied. All but the options must outlive it.
+  Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries);
+
+  Tried weigh(ScreenedEffect effect);
+
+  /// Share of the train energy that the first, linear look expected to remain.
+  double promised_rest(const Tried& tried) const;
+  /// Whether it stands far above what that look expected.
+  bool disappoints(const Tried& tried) const;
+  /// Re-identified from where that look stood; kept if that is the better end.
+  void refit_from_first_look(Tried& tried);
+
+  /// Least squares to the end: first with the present weights, then with those of what it leaves, since a joint that the
+  /// candidate brings down to its noise decides by that noise how well it does. Returns whether it could: one that cannot
+  /// be simulated from where it stands is left as it is.
+  bool refit(Tried& tried);
+  /// A re-identified candidate once more, from where it stands, at the step in use.
+  void follow(Tried& tried);
+  /// Calls work(candidate) for several at once, each with its share of the threads; ranks compute each one together.
+  template <class Work>
+  void share(const std::vector<Tried*>& those, const Work& work) {
+    const int threads = simulator_.threads, count = static_cast<int>(those.size());
+    const bool at_once = simulator_.ranks == nullptr && count > 1;
+    if (at_once) simulator_.threads = std::max(1, threads / count);
+    parallel_for(at_once ? threads : 1, count, [&](int, int k) { work(*those[static_cast<std::size_t>(k)]); });
+    simulator_.threads = threads;
+  }
+
+  /// The step in use; a candidate may need a finer one than the present model does.
+  double step() const { return simulator_.max_step; }
+  void set_step(double step) { simulator_.max_step = step; }
+  double step_for(const Tried& tried) const;
+  /// By how much the evidence of a re-identified candidate might change at a finer step, nats: its integration error, as
+  /// halving the step in use shows it on the train recordings, could have worked wholly for it or wholly against it.
+  double doubt(const Tried& tried) const;
+
+  /// The same effect with its optional parameters free, re-identified from where it stands; nothing where none is fixed.
+  std::optional<Tried> freed(const Tried& tried);
+  /// Special cases of `tried` or effects that it is a special case of, from where it stands; with optional shapes and
+  /// without.
+  std::vector<Tried> kin_of(const Tried& tried, const EffectInfo& kin);
+
+  /// Why it cannot be what is missing; empty: it can.
+  std::string objection(const Tried& tried) const;
+
+ private:
+  void take_over(Tried& tried);
+  bool settle(CurrentModel& model);
+  double noise_floor() const;
+  void set_recordings(Tried& tried);
+  void judge_heldout(Tried& tried);
+  double share_of_excess(const Tried& tried) const;
+
+  const CurrentModel& current_;
+  const Experiment& experiment_;
+  DecideOptions options_;
+  SimulatorOptions simulator_;
+  int tries_;
+  std::vector<int> train_, validate_;
+  Problem plain_;
+  Eigen::VectorXd before_validate_;
+  Eigen::MatrixXd spread_;  ///< of the present model's predictions of the validate recordings
+  double floor_ = 0.0;      ///< whitened energy of the noise alone
+};
+
+}  // namespace lacuna
