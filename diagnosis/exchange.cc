@@ -10,6 +10,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/where.h"
+#include "diagnosis/worth.h"
 
 namespace lacuna {
 namespace {
@@ -59,12 +60,7 @@ class Arena {
  public:
   Arena(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& options,
         const RunControl& control)
-      : plain_(plain),
-        experiment_(experiment),
-        options_(options),
-        control_(control),
-        train_(experiment.with_role(Role::train)),
-        validate_(experiment.with_role(Role::validate)) {}
+      : plain_(plain), experiment_(experiment), options_(options), control_(control) {}
 
   /// The rivals of finding k in its place, those that can be simulated, most evidence first.
   std::vector<Entrant> contest(std::size_t k, const CurrentModel& current, const std::vector<Finding>& findings) const {
@@ -92,12 +88,9 @@ class Arena {
              int tries, std::uint64_t seed) const {
     CurrentModel rest = rebuilt(plain_, current, findings, experiment_, k);
     if (!refit(rest, experiment_, options_, control_)) return;
-    const Problem layout(current.model, experiment_, current.space, options_, current.weights);
-    const Seen without(rest, current, experiment_, options_), with(current, current, experiment_, options_);
-    const int parameters = static_cast<int>(current.space.size() - rest.space.size());
-    const Gain gain = residual_gain(without.train, with.train, layout.layout(train_));
-    const HeldoutGain heldout = heldout_gain(without.validate, with.validate, layout.layout(validate_));
-    finding.p_value = chance(gain.log_likelihood, parameters, heldout, tries);
+    const Worth worth = worth_over(current, rest, experiment_, options_);
+    const HeldoutGain heldout = worth.heldout.value_or(HeldoutGain{});
+    finding.p_value = worth.chance(tries);
     finding.heldout_gain = heldout.gain, finding.heldout_error = heldout.error, finding.heldout_share = heldout.share;
     finding.stability = stability(heldout.blocks, std::vector<double>(heldout.blocks.size(), 0.0), seed);
     describe_evidence(finding, rest, current, experiment_, options_);
@@ -108,7 +101,6 @@ class Arena {
   const Experiment& experiment_;
   const SimulatorOptions& options_;
   const RunControl& control_;
-  std::vector<int> train_, validate_;
 };
 
 /// The finding as a rival of whatever takes its place.

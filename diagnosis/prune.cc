@@ -5,7 +5,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/decide.h"
-#include "diagnosis/evidence.h"
+#include "diagnosis/worth.h"
 
 namespace lacuna {
 namespace {
@@ -22,19 +22,10 @@ Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& curre
              const RunControl& control) {
   Loss out{HUGE_VAL, true, rebuilt(plain, current, findings, experiment, k)};
   CurrentModel& rest = out.rest;
-  const std::vector<int> train = experiment.with_role(Role::train), validate = experiment.with_role(Role::validate);
-  Problem with(current.model, experiment, current.space, options, current.weights);
-  Problem less(rest.model, experiment, rest.space, options, current.weights);
   if (!refit(rest, experiment, options, control)) return out;  // without it the motion cannot even be simulated
-  const int parameters = static_cast<int>(current.space.size() - rest.space.size());
-  const Gain gain = residual_gain(rest.fit.residual, with.residual(current.fit.point, train), with.layout(train));
-  out.gain = gain.log_likelihood;
-  out.needed = chance(gain.log_likelihood, parameters, 1) <= kChance;
-  if (validate.empty()) return out;
-  const HeldoutGain heldout = heldout_gain(less.residual(rest.fit.point, validate),
-                                           with.residual(current.fit.point, validate), with.layout(validate));
-  out.gain += heldout.gain;
-  out.needed = held_out(heldout) && chance(gain.log_likelihood, parameters, heldout, 1) <= kChance;
+  const Worth worth = worth_over(current, rest, experiment, options);
+  out.gain = worth.gain();
+  out.needed = worth.chance(1) <= kChance && (!worth.heldout || held_out(*worth.heldout));
   return out;
 }
 
