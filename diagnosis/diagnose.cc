@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -83,6 +85,25 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
                     ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
                 : mostly_unknown ? Verdict::unknown_physics
                                  : Verdict::missing_physics;
+}
+
+/// A rest on the test recordings that those which decide do not have: it changes no verdict, but is said.
+void note_test_rest(Diagnosis& out, const CurrentModel& after, const Experiment& experiment,
+                    const SimulatorOptions& options) {
+  const std::vector<int> test = experiment.with_role(Role::test);
+  if (test.empty() || out.unexplained.present) return;
+  Problem problem(after.model, experiment, after.space, options, after.weights);
+  std::vector<double> noise = noise_levels(after.model, experiment);
+  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= after.weights[c];
+  const std::vector<Channel> channels = predicted_channels(after.model, experiment);
+  for (const ExcessNoise& excess :
+       excess_over_noise(problem.residual(after.fit.point, test), problem.layout(test), noise)) {
+    const int joint = channels[static_cast<std::size_t>(excess.channel)].joint;
+    out.notes.push_back(fmt::format(
+        "{}: the test recordings leave {:.2g} times the noise (chance {:.1g}), the others no more than it: something "
+        "acts there that the recordings used do not show",
+        experiment.joint_names[static_cast<std::size_t>(joint)], excess.ratio, excess.p_value));
+  }
 }
 
 std::vector<Estimate> fit_everything(const CurrentModel& current, const Experiment& experiment,
@@ -183,6 +204,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.after.step = rounds.step;
   attach_parameters(out);
   judge_rest(out, before, current, experiment, simulator);
+  note_test_rest(out, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(model, experiment);
   const std::vector<Channel> channels = predicted_channels(model, experiment);
   for (std::size_t c = 0; c < channels.size(); ++c) {

@@ -10,7 +10,8 @@
 namespace lacuna {
 namespace {
 
-/// Of the starts that the catalogue gives: a search that begins at the simpler effect begins near it.
+/// From the starts that the catalogue gives towards neutral, which may be at infinity: a search that begins at the simpler
+/// effect begins near it.
 constexpr std::array kFractions{1.0, 0.3, 0.1, 0.03, 0.01};
 
 std::set<std::pair<std::string, std::string>> numbers_of(const EffectInfo& info) {
@@ -47,7 +48,10 @@ std::vector<std::vector<double>> grid(const std::vector<Axis>& axes, const Plant
       const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
       const double origin = typical_origin(p.info->scale, experiment, p.joint);
       for (const double start : p.info->starts) {
-        for (const double fraction : kFractions) values.push_back(origin + fraction * start * size);
+        for (const double fraction : kFractions) {
+          const double nearer = std::isinf(p.neutral) ? 1.0 / fraction : fraction;
+          values.push_back(origin + nearer * start * size);
+        }
       }
     }
     std::vector<std::vector<double>> grown;

@@ -33,9 +33,11 @@ struct Transmission {
   }
 
   /// The same where there is no free travel: what J was raised by and k lowered to leave no trace, so that a stiff spring
-  /// before a light side is the plain model.
+  /// is an armature, and before a light side the plain model. The side's own damper and spring feel the whole lead, which
+  /// keeps its motion damped; what of that k itself would not let happen is given back.
   T carried(const T& tau0, const T& e, const T& rate) const {
-    return share * effort(e, rate) + (T(1.0) - share) * (tau0 - bend * (D * rate + S * e));
+    const T own = D * rate + S * e, give = bend * own;
+    return share * (effort(e, rate) + own - give) + (T(1.0) - share) * (tau0 - give);
   }
 
   /// Lead at which the side rests under tau0 while the link is held.

@@ -278,6 +278,26 @@ TEST(Backlash, CarriesALoadAsStifflyAsItIsEvenWhereTheStepsCannotFollowItsContac
   EXPECT_NEAR(kGain * kCommand - kStiffness * (q + kGap + load / kContact - kRest), load, 1e-6);
 }
 
+TEST(JointCompliance, TooStiffForTheStepsIsAnArmature) {
+  // Damping and inertia as on a light elbow: the side's own time, J over damping, is far below what 20 ms samples show.
+  const Drive drive = sine_drive(1, 10.0, 0.02, 3.0, 1.0);
+  const Scenario scenario =
+      driven_scenario(bundled_robot("pendulum/pendulum.urdf"),
+                      {actuator("swing", "torque_source", {{"gain", 1.7}, {"damping", 0.6}, {"stiffness", 3.5}})},
+                      drive, {{0.1}, {0.0}});
+  const PlantModel plain(scenario);
+  const Experiment experiment = started_experiment(scenario, {{0.1}, {0.0}});
+  const auto moved = [&](const EffectSpec& spec) {
+    return predict_one(plain.with_effects({spec}), experiment, on("featherstone", 0.01)).front()[0];
+  };
+  const auto without = predict_one(plain, experiment, on("featherstone", 0.01)).front()[0];
+  for (const double J : {1e-3, 1e-2, 1e-1}) {
+    const auto rigid = moved(effect("armature", "swing", {{"J", J}}));
+    const auto stiff = moved(effect("joint_compliance", "swing", {{"k", 1e8}, {"J", J}}));
+    EXPECT_LT(worst_difference(stiff, rigid), 0.1 * worst_difference(rigid, without)) << J;
+  }
+}
+
 TEST(SensorDelay, ShiftsTheReadingAndNothingElse) {
   const Drive drive = commands();
   const Scenario scenario = driven_block(drive);
