@@ -6,6 +6,8 @@
 //  - the validate recordings gain, and go its way by more than two standard errors of what noise would;
 //  - it removes at least a quarter of the energy that stands above the noise on the validate recordings (of all energy
 //    where the noise is unknown): what explains less is not the explanation, and the rest stays reported as unknown;
+//  - that change is at least a tenth of the noise, rms over all channels (where the noise is known): integration errors up
+//    to that are allowed, and a found effect's law is seldom the machine's to the last digit;
 //  - none of its own numbers was driven to the end of its range.
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
 // of the effective samples (Schwarz). Gains closer to the best than what the integration error can feign count as the

@@ -12,6 +12,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kLeastShare = 0.25;
+constexpr double kLeastOfNoise = 0.01;   ///< energy over the noise's: a tenth in rms is what a step may be wrong by
 constexpr double kDisappointing = 1.5;   ///< energy left over the promised one
 constexpr double kAtEnd = 1e-6;          ///< of a parameter's typical size
 constexpr double kHalved = 16.0 / 15.0;  ///< error at a step of a fourth-order method over its change when halved
@@ -181,6 +182,8 @@ std::string Judge::objection(const Tried& tried) const {
     return fmt::format("held-out gain {:.1f}, {:.1f} standard errors its way", tried.heldout.gain,
                        tried.heldout.standard_errors);
   }
+  if (const double removed = tried.heldout.share * before_validate_.squaredNorm(); removed < kLeastOfNoise * floor_)
+    return fmt::format("changes the held-out prediction by {:.2g} of the noise", std::sqrt(removed / floor_));
   if (const double share = share_of_excess(tried); share < kLeastShare) {
     return fmt::format("removes {:.2g} of the held-out energy above the noise", share);
   }
