@@ -4,8 +4,9 @@
 //  - the chance of its gain under no effect, that on the train recordings and that on the validate recordings together
 //    (Fisher), times everything that was tried (Bonferroni), is under 1 in 100;
 //  - the validate recordings gain, and go its way by more than two standard errors of what noise would;
-//  - it removes at least a quarter of the energy that stands above the noise on the validate recordings (of all energy
-//    where the noise is unknown): what explains less is not the explanation, and the rest stays reported as unknown;
+//  - where it removes most, it removes at least a quarter of the energy that stands above that joint's noise on the
+//    validate recordings (of all energy where the noise is unknown): what explains less is not the explanation, and the
+//    rest stays reported as unknown. Joint by joint, since every joint of a machine may miss something of its own;
 //  - that change is at least a tenth of the noise, rms over all channels (where the noise is known): integration errors up
 //    to that are allowed, and a found effect's law is seldom the machine's to the last digit;
 //  - none of its own numbers was driven to the end of its range.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/kin.h"
@@ -63,7 +64,8 @@ Judge::Judge(const CurrentModel& current, const Experiment& experiment, const De
       validate_(experiment.with_role(Role::validate)),
       plain_(current.model, experiment, current.space, options.simulator, current.weights) {
   before_validate_ = plain_.residual(current.fit.point, validate_);
-  floor_ = noise_floor();
+  heldout_energy_ = heldout_energy();
+  for (const Energy& channel : heldout_energy_) floor_ += channel.noise;
   if (validate_.empty() || current.space.size() == 0) return;
   spread_ = prediction_spread(current.fit.jacobian, current.fit.residual, plain_.layout(train_),
                               plain_.jacobian(current.fit.point, before_validate_, validate_));
@@ -182,17 +184,25 @@ std::string Judge::objection(const Tried& tried) const {
     return fmt::format("held-out gain {:.1f}, {:.1f} standard errors its way", tried.heldout.gain,
                        tried.heldout.standard_errors);
   }
-  if (const double removed = tried.heldout.share * before_validate_.squaredNorm(); removed < kLeastOfNoise * floor_)
+  const double removed = tried.heldout.share * before_validate_.squaredNorm();
+  if (removed > 0.0 && removed < kLeastOfNoise * floor_)
     return fmt::format("changes the held-out prediction by {:.2g} of the noise", std::sqrt(removed / floor_));
   if (const double share = share_of_excess(tried); share < kLeastShare) {
-    return fmt::format("removes {:.2g} of the held-out energy above the noise", share);
+    return fmt::format("removes {:.2g} of what stands above the noise where it removes most", share);
   }
   return "";
 }
 
 double Judge::share_of_excess(const Tried& tried) const {
-  const double before = before_validate_.squaredNorm();
-  return tried.heldout.share * before / std::max(before - floor_, 1e-3 * before);
+  double most = -HUGE_VAL, share = 0.0;
+  for (std::size_t c = 0; c < tried.heldout.whole.channels.size(); ++c) {
+    const auto [before, noise] = heldout_energy_[c];
+    const double removed = before * -std::expm1(-tried.heldout.whole.channels[c].log_ratio);
+    if (!(removed > most)) continue;
+    most = removed;
+    share = removed / std::max(before - noise, 1e-3 * before);
+  }
+  return share;
 }
 
 /// The model's fit becomes the candidate's figures.
@@ -213,16 +223,19 @@ bool Judge::settle(CurrentModel& model) {
   return lacuna::refit(model, experiment_, simulator_, options_.control, tolerance, &known);
 }
 
-/// Energy that the noise alone would leave on the validate recordings; 0 where it is unknown.
-double Judge::noise_floor() const {
+std::vector<Judge::Energy> Judge::heldout_energy() const {
   const std::vector<double> noise = noise_levels(current_.model, experiment_);
-  double floor = 0.0;
+  std::map<int, Energy> channels;
   for (const ResidualBlock& block : plain_.layout(validate_)) {
     const std::size_t c = static_cast<std::size_t>(block.channel);
     const double ratio = noise[c] > 0.0 ? noise[c] / current_.weights[c] : 0.0;
-    floor += ratio * ratio * static_cast<double>(block.count);
+    Energy& of = channels[block.channel];
+    of.before += before_validate_.segment(block.first, block.count).squaredNorm();
+    of.noise += ratio * ratio * static_cast<double>(block.count);
   }
-  return floor;
+  std::vector<Energy> out;
+  for (const auto& [channel, energy] : channels) out.push_back(energy);
+  return out;
 }
 
 /// An effect that is on in some recordings only: which of the validate and test recordings have it is read off

@@ -76,9 +76,15 @@ class Judge {
  private:
   void take_over(Tried& tried);
   bool settle(CurrentModel& model);
-  double noise_floor() const;
+  /// Whitened energy on the validate recordings: of the present residual, and what the noise alone would leave (0 where
+  /// it is unknown).
+  struct Energy {
+    double before = 0.0, noise = 0.0;
+  };
+  std::vector<Energy> heldout_energy() const;
   void set_recordings(Tried& tried);
   void judge_heldout(Tried& tried);
+  /// Share that the candidate removes of what stands above the noise, on the channel where it removes most.
   double share_of_excess(const Tried& tried) const;
 
   const CurrentModel& current_;
@@ -89,8 +95,9 @@ class Judge {
   std::vector<int> train_, validate_;
   Problem plain_;
   Eigen::VectorXd before_validate_;
-  Eigen::MatrixXd spread_;  ///< of the present model's predictions of the validate recordings
-  double floor_ = 0.0;      ///< whitened energy of the noise alone
+  Eigen::MatrixXd spread_;              ///< of the present model's predictions of the validate recordings
+  std::vector<Energy> heldout_energy_;  ///< by channel, those without samples left out
+  double floor_ = 0.0;                  ///< noise of all channels
 };
 
 }  // namespace lacuna

@@ -69,6 +69,24 @@ TEST(CoarseLook, KeepsTheOwnStepWhereAnythingLongerIsNone) {
   EXPECT_EQ(look.correction.squaredNorm(), 0.0);
 }
 
+TEST(Judge, SaysOfEveryCandidateWhyNotInNumbers) {
+  const Concealed c(0.005);
+  DecideOptions options;
+  options.simulator = c.at;
+  Judge judge(*c.current, c.experiment, options, 1);
+  const auto anywhere = [](const std::string&) { return true; };
+  int can = 0, candidates = 0;
+  for (ScreenedEffect& effect : screen_effects(*c.current, c.experiment, {c.at, anywhere})) {
+    const Tried tried = judge.weigh(std::move(effect));
+    const std::string objection = judge.objection(tried);
+    EXPECT_EQ(objection.find("nan"), std::string::npos) << tried.effect.spec.effect << ": " << objection;
+    can += objection.empty();
+    ++candidates;
+  }
+  EXPECT_GT(can, 0);
+  EXPECT_LT(can, candidates);
+}
+
 TEST(Judge, DoubtCoversWhatAFinerStepChanges) {
   const Concealed c(0.020);
   DecideOptions options;
