@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
 constexpr double kAsGood = 1.5;        ///< energy that a pair's linear look leaves over what the one kept leaves
+constexpr int kMostAtAJoint = 2;       ///< findings, on average: every joint of a machine may miss something
 constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
 
 /// Whether the fit leaves anything on the recordings that steered it: more than the noise, or anything but white.
@@ -130,14 +131,17 @@ Rounds::Rounds(const Scenario& scenario, const Experiment& experiment, const Dia
 }
 
 void Rounds::run() {
-  while (static_cast<int>(out_.findings.size()) < options_.most_effects &&
-         leaves_something(current, experiment_, simulator)) {
+  while (static_cast<int>(out_.findings.size()) < most_effects() && leaves_something(current, experiment_, simulator)) {
     if (!round()) break;
   }
 }
 
+int Rounds::most_effects() const {
+  return std::max(options_.most_effects, kMostAtAJoint * static_cast<int>(experiment_.joint_names.size()));
+}
+
 bool Rounds::round() {
-  const int most = options_.most_effects;
+  const int most = most_effects();
   const double share = 0.35 + 0.55 * std::min(done_, most - 1) / most, width = 0.55 / most;
   CurrentModel next = current;
   std::optional<Finding> finding;

@@ -33,6 +33,7 @@ class Rounds {
 
  private:
   bool round();
+  int most_effects() const;  ///< findings at most
 
   const Scenario& scenario_;
   const Experiment& experiment_;
