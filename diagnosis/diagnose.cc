@@ -185,7 +185,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
 
   out.missing = missing_efforts(before, scenario, simulator, out.seed);
 
-  Rounds rounds(scenario, experiment, options, saved, before, simulator, out, report);
+  Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
   rounds.run();
   report("whether all are needed", 0.9);
   // What had to wait until something else was recognised may be found now.

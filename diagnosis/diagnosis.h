@@ -133,7 +133,6 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   IdentifyOptions identify;
-  int most_effects = 4;  ///< findings at most, or two a joint if those are more
   bool other_engines = true;
 };
 

@@ -13,11 +13,10 @@ namespace lacuna {
 namespace {
 
 constexpr double kLeastShare = 0.25;
-constexpr double kLeastOfNoise = 0.01;   ///< energy over the noise's: a tenth in rms is what a step may be wrong by
-constexpr double kDisappointing = 1.5;   ///< energy left over the promised one
-constexpr double kAtEnd = 1e-6;          ///< of a parameter's typical size
-constexpr double kHalved = 16.0 / 15.0;  ///< error at a step of a fourth-order method over its change when halved
-constexpr double kOneNat = 2.0;          ///< energy over noise that a log-likelihood of 1 is worth
+constexpr double kLeastOfNoise = 0.01;  ///< energy over the noise's: a tenth in rms is what a step may be wrong by
+constexpr double kDisappointing = 1.5;  ///< energy left over the promised one
+constexpr double kAtEnd = 1e-6;         ///< of a parameter's typical size
+constexpr double kOneNat = 2.0;         ///< energy over noise that a log-likelihood of 1 is worth
 
 /// A typical step along the axis, in its coordinate; at most its length.
 double size_of(const Axis& axis, const Parameter& p, const PlantModel& model, const Experiment& experiment) {
@@ -125,7 +124,7 @@ double Judge::doubt(const Tried& tried) const {
   halved.max_step *= 0.5;
   Problem problem(tried.model.model, experiment_, tried.model.space, halved, current_.weights);
   const Eigen::VectorXd& rest = tried.effect.residual;
-  const Eigen::VectorXd error = kHalved * (problem.residual(tried.model.fit.point, train_) - rest);
+  const Eigen::VectorXd error = kErrorOverChange * (problem.residual(tried.model.fit.point, train_) - rest);
   std::vector<double> errors(tried.train.channels.size(), 0.0), rests = errors;
   for (const ResidualBlock& block : plain_.layout(train_)) {
     const std::size_t c = static_cast<std::size_t>(block.channel);

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWhite = 0.01;        ///< chance of white noise looking as coloured, any channel
 constexpr double kAsGood = 1.5;        ///< energy that a pair's linear look leaves over what the one kept leaves
+constexpr int kMostFindings = 4;       ///< or, where these are more,
 constexpr int kMostAtAJoint = 2;       ///< findings, on average: every joint of a machine may miss something
 constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
 
@@ -113,7 +114,7 @@ void weigh_pair(Decision& decision, const Experiment& experiment, const DecideOp
 
 }  // namespace
 
-Rounds::Rounds(const Scenario& scenario, const Experiment& experiment, const DiagnoseOptions& options,
+Rounds::Rounds(const Scenario& scenario, const Experiment& experiment, const RunControl& control,
                DiagnosisCheckpoint& saved, const CurrentModel& before, const SimulatorOptions& at, Diagnosis& out,
                const Report& report)
     : current(before),
@@ -121,12 +122,11 @@ Rounds::Rounds(const Scenario& scenario, const Experiment& experiment, const Dia
       step(out.before.step),
       scenario_(scenario),
       experiment_(experiment),
-      options_(options),
       saved_(saved),
       plain_(before),
       out_(out),
       report_(report),
-      quiet_(options.identify.control) {
+      quiet_(control) {
   quiet_.progress = nullptr;
 }
 
@@ -137,7 +137,7 @@ void Rounds::run() {
 }
 
 int Rounds::most_effects() const {
-  return std::max(options_.most_effects, kMostAtAJoint * static_cast<int>(experiment_.joint_names.size()));
+  return std::max(kMostFindings, kMostAtAJoint * static_cast<int>(experiment_.joint_names.size()));
 }
 
 bool Rounds::round() {

@@ -17,11 +17,10 @@ class Rounds {
  public:
   /// From `before`, the plain model as identified at at.max_step. Findings, candidates and notes go to `out`, whose
   /// `before` and `missing` are filled in already. All of these must outlive it.
-  Rounds(const Scenario& scenario, const Experiment& experiment, const DiagnoseOptions& options,
-         DiagnosisCheckpoint& saved, const CurrentModel& before, const SimulatorOptions& at, Diagnosis& out,
-         const Report& report);
+  Rounds(const Scenario& scenario, const Experiment& experiment, const RunControl& control, DiagnosisCheckpoint& saved,
+         const CurrentModel& before, const SimulatorOptions& at, Diagnosis& out, const Report& report);
 
-  /// Rounds until one finds nothing, nothing is left, or there are as many findings as asked for. A round that a
+  /// Rounds until one finds nothing, nothing is left, or there are as many findings as most_effects(). A round that a
   /// checkpoint holds is taken from there.
   void run();
   /// Every finding beside the others once more (exchange.h). Whether any has changed.
@@ -33,11 +32,10 @@ class Rounds {
 
  private:
   bool round();
-  int most_effects() const;  ///< findings at most
+  int most_effects() const;  ///< findings at most: four, or two a joint if those are more
 
   const Scenario& scenario_;
   const Experiment& experiment_;
-  const DiagnoseOptions& options_;
   DiagnosisCheckpoint& saved_;
   const CurrentModel& plain_;
   Diagnosis& out_;

@@ -144,7 +144,7 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
         const double* b = fine[static_cast<std::size_t>(s)].data() + c * count;
         double sum = 0.0;
         for (std::size_t k = 0; k < count; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-        const double error = std::sqrt(sum / static_cast<double>(count)) * (16.0 / 15.0) / noise;
+        const double error = std::sqrt(sum / static_cast<double>(count)) * kErrorOverChange / noise;
         worst = std::isfinite(error) ? std::max(worst, error) : HUGE_VAL;
       }
     }

@@ -62,13 +62,16 @@ struct LaneInfo {
 };
 LaneInfo lane_info();
 
-/// Largest error, as a share of each channel's noise, that the step leaves in the predictions of `values`:
-/// against half the step, times 16/15.
+/// Error of a fourth-order method at a step over its change when the step is halved (Richardson).
+inline constexpr double kErrorOverChange = 16.0 / 15.0;
+
+/// Largest error, as a share of each channel's noise, that the step leaves in the predictions of `values`: by halving it.
 struct StepChoice {
   double step = 0.0;              ///< s
   double error_over_noise = 0.0;  ///< measured by halving
 };
-/// Halves the step from 10 ms, or the sampling period where that is shorter, until the error stays under a tenth of the noise (or the shortest step is reached).
+/// Halves the step from 10 ms, or the sampling period where that is shorter, until the error stays under a tenth of the
+/// noise (or the shortest step is reached).
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values);
 

@@ -182,11 +182,11 @@ TEST(Diagnosis, ResumesAfterAnInterruptionToTheSameNumbers) {
 
 /// A model with effects as if they had been found, identified on the train recordings.
 CurrentModel found(const CurrentModel& plain, const Experiment& experiment, const std::vector<Finding>& findings,
-                   const std::vector<double>& sizes) {
+                   const std::vector<std::vector<double>>& own) {
   CurrentModel out = plain;
   for (std::size_t k = 0; k < findings.size(); ++k) {
     const EffectSpec spec{findings[k].effect, findings[k].place, findings[k].fixed, {}, "test"};
-    out = extended(out, experiment, spec, out.fit.point, {sizes[k]});
+    out = extended(out, experiment, spec, out.fit.point, own[k]);
   }
   refine(out, experiment, on("featherstone", 0.005), {}, 25);
   return out;
@@ -194,14 +194,18 @@ CurrentModel found(const CurrentModel& plain, const Experiment& experiment, cons
 
 /// A model with two findings on the pendulum, from a plain refit.
 struct Pruned {
-  explicit Pruned(const Scenario& scenario, const std::string& first, const std::vector<double>& strengths)
-      : model(scenario), experiment(make_experiment(scenario)), space(model, scenario), findings(2) {
+  Pruned(const Scenario& scenario, const std::string& first, const std::vector<double>& strengths)
+      : Pruned(scenario, {on_swing(first), on_swing("valve_deadband")}, {{strengths[0]}, {strengths[1]}}) {}
+  Pruned(const Scenario& scenario, std::vector<Finding> two, const std::vector<std::vector<double>>& own)
+      : model(scenario), experiment(make_experiment(scenario)), space(model, scenario), findings(std::move(two)) {
     FitResult fit;
     plain = identify_plain(model, experiment, space, small().identify, fit);
-    findings[0].effect = first;
-    findings[1].effect = "valve_deadband";
-    for (Finding& f : findings) f.place = "swing";
-    both = found(*plain, experiment, findings, strengths);
+    both = found(*plain, experiment, findings, own);
+  }
+  static Finding on_swing(const std::string& effect) {
+    Finding out;
+    out.effect = effect, out.place = "swing";
+    return out;
   }
   std::vector<std::string> again() { return prune(*plain, *both, findings, experiment, on("featherstone", 0.005), {}); }
 
@@ -220,6 +224,41 @@ TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
   ASSERT_EQ(two.both->model.effects().size(), 1u);
   EXPECT_NEAR(two.both->space.expand(two.both->fit.point).back(), kDeadband, 0.02 * kDeadband);
   EXPECT_TRUE(two.again().empty()) << "the last one stays";
+}
+
+TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
+  constexpr double kSpring = 60.0, kSide = 0.05;  // N m/rad, kg m^2
+  Finding spring = Pruned::on_swing("joint_compliance");
+  spring.fixed = {{"J", 0.0}, {"c", 0.0}};
+  Pruned two(
+      pendulum_problem(kStart, kDrive, kNoise, {effect("joint_compliance", "swing", {{"k", kSpring}, {"J", kSide}})},
+                       10.0, available_engines().back()),
+      {Pruned::on_swing("armature"), spring}, {{kSide}, {1.0 / kSpring}});
+  EXPECT_EQ(two.again(), std::vector<std::string>{"armature at swing"});
+  ASSERT_EQ(two.findings.size(), 1u);
+  EXPECT_EQ(two.findings[0].fixed, (std::map<std::string, double>{{"c", 0.0}})) << "the inertia is free now";
+  const std::vector<double> values = two.both->space.expand(two.both->fit.point);
+  EXPECT_NEAR(values[values.size() - 3], kSpring, 0.05 * kSpring);
+  EXPECT_NEAR(values[values.size() - 2], kSide, 0.05 * kSide);
+}
+
+TEST(Diagnosis, SaysWhereOnlyTheTestRecordingMissesSomething) {
+  const Scenario silent = pendulum_problem(kStart, kDrive, kNoise, {}, 10.0, available_engines().back());
+  Scenario scenario = silent;
+  const Scenario stuck = pendulum_problem(kStart, kDrive, kNoise, {effect("coulomb_friction", "swing", {{"Fc", 0.2}})},
+                                          10.0, available_engines().back());
+  for (std::size_t k = 0; k < scenario.recordings.size(); ++k) {
+    if (scenario.recordings[k].role == Role::test) scenario.recordings[k] = stuck.recordings[k];
+  }
+  const auto says = [](const Diagnosis& d) {
+    return std::count_if(d.notes.begin(), d.notes.end(), [](const std::string& note) {
+      return note.find("swing: the test recordings leave") != std::string::npos;
+    });
+  };
+  const Diagnosis d = diagnose(scenario, small());
+  EXPECT_EQ(d.verdict, Verdict::consistent) << "test recordings choose nothing";
+  EXPECT_EQ(says(d), 1);
+  EXPECT_EQ(says(diagnose(silent, small())), 0);
 }
 
 TEST(Diagnosis, AStartInMidMotionIsNoPhysics) {

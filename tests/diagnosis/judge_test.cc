@@ -5,6 +5,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/coarse.h"
+#include "diagnosis/worth.h"
 #include "tests/ga/plant_problems.h"
 
 namespace lacuna {
@@ -12,11 +13,46 @@ namespace {
 
 using namespace test;
 
-/// A pendulum with a concealed deadband, its plain model identified at `step`.
+constexpr double kReading = 1e-3;  // rad, noise of a reading
+
+/// A pendulum with a deadband.
+Scenario one_joint() {
+  return pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, kReading,
+                          {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, available_engines().back());
+}
+
+/// Two joints that miss something each: a deadband of .5 V at the upper, one of `lower` (V) at the lower.
+Scenario two_joints(double lower) {
+  const Scenario plain =
+      bare_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"),
+                    {actuator("shoulder", "torque_source", {{"gain", 6.0}, {"damping", 2.0}, {"stiffness", 5.0}}),
+                     actuator("elbow", "torque_source", {{"gain", 2.0}, {"damping", 0.5}, {"stiffness", 2.0}})},
+                    false);
+  Scenario truth = plain, scenario = plain;
+  truth.effects = {effect("valve_deadband", "shoulder", {{"d", 0.5}}),
+                   effect("valve_deadband", "elbow", {{"d", lower}})};
+  double shift = 0.0;
+  for (const Role role : {Role::train, Role::validate, Role::test}) {
+    Drive drive = sine_drive(2, 10.0, 0.02, 3.0, shift += 7.3);
+    for (std::vector<double>& u : drive.u) std::fill_n(u.begin(), 25, 0.0);
+    add_recording(
+        scenario,
+        simulated_recording(truth, drive, {{0.0, 0.0}, {0.0, 0.0}, false}, available_engines().back(),
+                            std::string(to_string(role)) + ".csv", kReading, static_cast<std::uint64_t>(shift)),
+        role);
+  }
+  for (const std::string joint : {"shoulder", "elbow"}) {
+    for (const char* name : {".gain", ".damping", ".stiffness"})
+      scenario.identify.push_back({joint + name, true, 0.2, 5.0, "test: identify." + joint + name});
+    scenario.noise[ChannelKind::position][joint] = kReading;
+  }
+  return scenario;
+}
+
+/// A scenario, its plain model identified at `step`.
 struct Concealed {
-  explicit Concealed(double step)
-      : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, 1e-3,
-                                  {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, available_engines().back())),
+  explicit Concealed(double step, Scenario of = one_joint())
+      : scenario(std::move(of)),
         model(scenario),
         experiment(make_experiment(scenario)),
         space(model, scenario),
@@ -29,6 +65,21 @@ struct Concealed {
     options.step = step;
     current = identify_plain(model, experiment, space, options, fit);
   }
+  Judge judge() const {
+    DecideOptions options;
+    options.simulator = at;
+    return {*current, experiment, options, 1};
+  }
+  std::vector<ScreenedEffect> screened() const {
+    return screen_effects(*current, experiment, {at, [](const std::string&) { return true; }});
+  }
+  /// The plain model with an effect beside it, fitted.
+  CurrentModel with(const std::string& name, double start) const {
+    CurrentModel out = extended(*current, experiment, {name, "swing", {}, {}, "test"}, current->fit.point, {start});
+    EXPECT_TRUE(refit(out, experiment, at, {}));
+    return out;
+  }
+
   Scenario scenario;
   PlantModel model;
   Experiment experiment;
@@ -71,12 +122,9 @@ TEST(CoarseLook, KeepsTheOwnStepWhereAnythingLongerIsNone) {
 
 TEST(Judge, SaysOfEveryCandidateWhyNotInNumbers) {
   const Concealed c(0.005);
-  DecideOptions options;
-  options.simulator = c.at;
-  Judge judge(*c.current, c.experiment, options, 1);
-  const auto anywhere = [](const std::string&) { return true; };
+  Judge judge = c.judge();
   int can = 0, candidates = 0;
-  for (ScreenedEffect& effect : screen_effects(*c.current, c.experiment, {c.at, anywhere})) {
+  for (ScreenedEffect& effect : c.screened()) {
     const Tried tried = judge.weigh(std::move(effect));
     const std::string objection = judge.objection(tried);
     EXPECT_EQ(objection.find("nan"), std::string::npos) << tried.effect.spec.effect << ": " << objection;
@@ -89,11 +137,8 @@ TEST(Judge, SaysOfEveryCandidateWhyNotInNumbers) {
 
 TEST(Judge, DoubtCoversWhatAFinerStepChanges) {
   const Concealed c(0.020);
-  DecideOptions options;
-  options.simulator = c.at;
-  Judge judge(*c.current, c.experiment, options, 1);
-  const auto anywhere = [](const std::string&) { return true; };
-  for (ScreenedEffect& effect : screen_effects(*c.current, c.experiment, {c.at, anywhere})) {
+  Judge judge = c.judge();
+  for (ScreenedEffect& effect : c.screened()) {
     if (effect.spec.effect != "valve_deadband" && effect.spec.effect != "coulomb_friction") continue;
     Tried tried = judge.weigh(std::move(effect));
     ASSERT_TRUE(judge.refit(tried));
@@ -106,6 +151,45 @@ TEST(Judge, DoubtCoversWhatAFinerStepChanges) {
     EXPECT_LT(std::fabs(after - before), doubt + 1.0) << "and one nat that a fit may leave";
     EXPECT_LT(judge.doubt(tried), 0.5 * doubt);
   }
+}
+
+TEST(Judge, AsksForAShareOfWhatTheJointMissesNotOfWhatTheMachineDoes) {
+  for (const auto& [deadband, enough] : {std::pair{0.15, true}, {0.1, false}}) {
+    const Concealed c(0.005, two_joints(deadband));
+    Judge judge = c.judge();
+    int lower = 0;
+    for (ScreenedEffect& effect : c.screened()) {
+      if (effect.spec.effect != "valve_deadband" || effect.spec.place != "elbow") continue;
+      Tried tried = judge.weigh(std::move(effect));
+      ASSERT_TRUE(judge.refit(tried));
+      EXPECT_LT(tried.heldout.share, 0.25) << "of what both joints miss";
+      const std::string objection = judge.objection(tried);
+      EXPECT_EQ(objection.empty(), enough) << deadband << ": " << objection;
+      EXPECT_EQ(objection.find("where it removes most") != std::string::npos, !enough) << objection;
+      ++lower;
+    }
+    EXPECT_EQ(lower, 1);
+  }
+}
+
+TEST(Worth, OfAPartThatIsThereAndOfOneThatIsNot) {
+  const Concealed c(0.005);
+  const CurrentModel right = c.with("valve_deadband", 0.3);
+  const Worth worth = worth_over(right, *c.current, c.experiment, c.at);
+  EXPECT_EQ(worth.parameters, 1);
+  ASSERT_TRUE(worth.heldout);
+  EXPECT_GT(worth.heldout->share, 0.9);
+  EXPECT_EQ(worth.gain(), worth.train.log_likelihood + worth.heldout->gain);
+  EXPECT_LT(worth.chance(100), 1e-6);
+
+  // Beside the deadband nothing else is needed.
+  CurrentModel more =
+      extended(right, c.experiment, {"quadratic_damping", "swing", {}, {}, "test"}, right.fit.point, {0.01});
+  ASSERT_TRUE(refit(more, c.experiment, c.at, {}));
+  const Worth nothing = worth_over(more, right, c.experiment, c.at);
+  EXPECT_EQ(nothing.parameters, 1);
+  EXPECT_GT(nothing.chance(1), kChance);
+  EXPECT_EQ(nothing.chance(1000), 1.0);
 }
 
 }  // namespace
