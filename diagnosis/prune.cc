@@ -61,8 +61,8 @@ Rest handed_over(const Rest& rest, std::size_t heir, const std::map<std::string,
   return out;
 }
 
-/// The others without finding k, not fitted: as they are, and with its numbers handed to each that contains it. A fit that
-/// begins where they have none of them need not find its way to where they have all.
+/// The others without finding k, not fitted: as they are, and with its numbers handed to each that contains it. A fit
+/// that begins where they have none of them need not find its way to where they have all.
 std::vector<Rest> rests_of(std::size_t k, const CurrentModel& plain, const CurrentModel& current,
                            const std::vector<Finding>& findings, const Experiment& experiment) {
   std::vector<Rest> out{without(k, plain, current, findings, experiment)};

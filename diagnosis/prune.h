@@ -17,7 +17,9 @@ CurrentModel rebuilt(const CurrentModel& plain, const CurrentModel& current, con
 
 /// Takes out of `current`, one at a time and the least needed first, every finding without which the rest of the model,
 /// re-identified, is no worse: its gain is within chance on the train recordings or within two standard errors on the
-/// validate ones. `plain`: the model before any finding; the effects of `current` are those of `findings`, in order.
+/// validate ones. What another finding there contains of it (EffectInfo::contains) is handed to that one, whose numbers
+/// of the same name are free from then on. `plain`: the model before any finding; the effects of `current` are those of
+/// `findings`, in order.
 /// Returns what was taken out, "effect at place".
 std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
                                const Experiment& experiment, const SimulatorOptions& options,

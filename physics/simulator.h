@@ -65,7 +65,7 @@ LaneInfo lane_info();
 /// Error of a fourth-order method at a step over its change when the step is halved (Richardson).
 inline constexpr double kErrorOverChange = 16.0 / 15.0;
 
-/// Largest error, as a share of each channel's noise, that the step leaves in the predictions of `values`: by halving it.
+/// Largest error, as a share of each channel's noise, that the step leaves in the predictions of `values`.
 struct StepChoice {
   double step = 0.0;              ///< s
   double error_over_noise = 0.0;  ///< measured by halving
