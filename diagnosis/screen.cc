@@ -184,21 +184,30 @@ class EffectScreen {
     const Eigen::VectorXd& plain = current_.fit.residual;
     const double target = projector.rest(plain).norm();
     for (int round = 0; round < kSizings; ++round) {
-      std::vector<std::vector<double>> values;
-      for (const Chain& chain : chains) values.push_back(values_at(chain, chain.x));
-      const std::vector<Eigen::VectorXd> residuals = coarse_.residuals_of(problem_, values, train_);
-      bool changed = false;
-      for (std::size_t k = 0; k < chains.size(); ++k) {
-        Chain& chain = chains[k];
-        const double size = residuals[k].allFinite() ? projector.rest(residuals[k] - plain).norm() : HUGE_VAL;
+      const std::vector<Chain*> changed = simulate_new(chains);
+      if (changed.empty()) break;
+      for (Chain* chain : changed) {
+        const bool runs = chain->residual.allFinite();
+        const double size = runs ? projector.rest(chain->residual - plain).norm() : HUGE_VAL;
         if (size <= kStrongest * target) continue;
-        const double factor = std::clamp(target / size, 1e-3, 0.5);
-        weaken(chain, factor);
-        changed = true;
+        weaken(*chain, std::clamp(target / size, 1e-3, 0.5));
+        chain->residual.resize(0);
       }
-      if (!changed) break;
     }
     drop_twins(chains);
+  }
+  /// Residuals of the chains that have none yet; those chains.
+  std::vector<Chain*> simulate_new(std::vector<Chain>& chains) {
+    std::vector<Chain*> out;
+    std::vector<std::vector<double>> values;
+    for (Chain& chain : chains) {
+      if (chain.residual.size() > 0) continue;
+      out.push_back(&chain);
+      values.push_back(values_at(chain, chain.x));
+    }
+    std::vector<Eigen::VectorXd> residuals = coarse_.residuals_of(problem_, values, train_);
+    for (std::size_t k = 0; k < out.size(); ++k) out[k]->residual = std::move(residuals[k]);
+    return out;
   }
   void weaken(Chain& chain, double factor) const {
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
@@ -225,11 +234,10 @@ class EffectScreen {
 
   /// Residuals at every start, and the effect's own sensitivities there.
   void begin(std::vector<Chain>& chains) {
+    simulate_new(chains);
     std::vector<std::vector<double>> values;
     std::vector<Eigen::VectorXd> points;
     for (const Chain& chain : chains) {
-      points.push_back(chain.x);
-      values.push_back(values_at(chain, chain.x));
       for (std::size_t p = 0; p < chain.axes.size(); ++p) {
         Eigen::VectorXd moved = chain.x;
         double& own = moved(base_ + static_cast<Eigen::Index>(p));
@@ -242,8 +250,6 @@ class EffectScreen {
     const std::vector<Eigen::VectorXd> residuals = coarse_.residuals_of(problem_, values, train_);
     std::size_t k = 0;
     for (Chain& chain : chains) {
-      const std::size_t at = k++;
-      chain.residual = residuals[at];
       chain.alive = chain.residual.allFinite();
       chain.own_columns.resize(chain.residual.size(), static_cast<Eigen::Index>(chain.axes.size()));
       for (std::size_t p = 0; p < chain.axes.size(); ++p, ++k) {
