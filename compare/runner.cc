@@ -180,7 +180,7 @@ Trajectory Runner::run(const Method& method, double step) {
       NativeRun(p.plant, method.name).run(segment, step, to);
       return;
     }
-    p.rollout.run(segment, p.channels, step, p.samples);
+    p.rollout.run({&segment}, p.channels, step, p.samples);
     for (std::size_t k = to.q.empty() ? 0 : 1; k < segment.count; ++k)
       append_sample(
           n, [&](std::size_t i) { return p.samples[k * 2 * n + i]; }, to);

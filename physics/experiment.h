@@ -60,6 +60,9 @@ struct Experiment {
   double span = 0.0;                                    ///< s, length of the session
 };
 
+/// Whether both are sampled at the same instants, to the bit.
+bool share_clock(const Segment& one, const Segment& other);
+
 /// The commands of one loaded recording over its time range. Throws InputError where that is shorter than ten samples.
 std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec);
 

@@ -1,4 +1,4 @@
-// Predictions of one segment for all lanes of a scalar type, behind a virtual call that knows nothing of lanes.
+// Predictions for all lanes of a scalar type, behind a virtual call that knows nothing of lanes.
 #pragma once
 
 #include <memory>
@@ -10,12 +10,19 @@
 
 namespace lacuna {
 
-/// Scratch of one thread. `predict` takes up to lanes() parameter vectors and gives [individual][channel][sample].
+/// What one lane simulates: a parameter vector on a segment.
+struct LaneTask {
+  const std::vector<double>* values;
+  const Segment* segment;
+};
+
+/// Scratch of one thread. `predict` takes up to lanes() tasks, whose segments share one clock (share_clock()), and gives
+/// [task][channel][sample].
 class Predictor {
  public:
   virtual ~Predictor() = default;
   virtual int lanes() const = 0;
-  virtual void predict(std::span<const std::vector<double>* const> individuals, const Segment& segment, double max_step,
+  virtual void predict(std::span<const LaneTask> tasks, double max_step,
                        std::vector<std::vector<std::vector<double>>>& out) = 0;
 };
 

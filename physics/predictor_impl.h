@@ -120,30 +120,32 @@ class LanePredictor final : public Predictor {
 
   int lanes() const override { return kLanes<T>; }
 
-  void predict(std::span<const std::vector<double>* const> individuals, const Segment& segment, double max_step,
+  void predict(std::span<const LaneTask> tasks, double max_step,
                std::vector<std::vector<std::vector<double>>>& out) override {
-    for (int k = 0; k < kLanes<T>; ++k) {  // idle lanes repeat the last individual
-      const std::size_t i = std::min(static_cast<std::size_t>(k), individuals.size() - 1);
-      plant_.bind(k, model_.values_in(segment.file, *individuals[i]));
+    LaneSegments<T> segments;
+    for (int k = 0; k < kLanes<T>; ++k) {  // idle lanes repeat the last task
+      const LaneTask& task = tasks[std::min(static_cast<std::size_t>(k), tasks.size() - 1)];
+      segments[static_cast<std::size_t>(k)] = task.segment;
+      plant_.bind(k, model_.values_in(task.segment->file, *task.values));
     }
     if (std::holds_alternative<InverseDynamics>(experiment_.prediction)) {
-      predict_inverse_dynamics(plant_, experiment_, segment, efforts_);
-      take(individuals.size(), efforts_.size(), efforts_.front().size(), out,
+      predict_inverse_dynamics(plant_, experiment_, *segments.front(), efforts_);
+      take(tasks.size(), efforts_.size(), efforts_.front().size(), out,
            [&](std::size_t c, std::size_t s) -> const T& { return efforts_[c][s]; });
       return;
     }
     const std::size_t channels = experiment_.channels.size();
-    rollout_.run(segment, experiment_.channels, max_step, flat_);
-    take(individuals.size(), channels, segment.count, out,
+    rollout_.run(segments, experiment_.channels, max_step, flat_);
+    take(tasks.size(), channels, segments.front()->count, out,
          [&](std::size_t c, std::size_t s) -> const T& { return flat_[s * channels + c]; });
   }
 
  private:
   template <class At>
-  void take(std::size_t individuals, std::size_t channels, std::size_t samples,
+  void take(std::size_t tasks, std::size_t channels, std::size_t samples,
             std::vector<std::vector<std::vector<double>>>& out, const At& at) const {
-    out.resize(individuals);
-    for (std::size_t i = 0; i < individuals; ++i) {
+    out.resize(tasks);
+    for (std::size_t i = 0; i < tasks; ++i) {
       out[i].resize(channels);
       for (std::size_t c = 0; c < channels; ++c) {
         out[i][c].resize(samples);

@@ -1,4 +1,4 @@
-// The only time loop: one plant, one segment, every lane a parameter set of its own.
+// The only time loop: one plant, every lane a parameter set and a segment of its own, all on one clock.
 //
 // Between samples the command is held. Steps are Kutta's fourth-order ones of at most `max_step`, cut where a delayed
 // command jumps. Dry friction is exact: each joint slides (direction fixed over a step) or sticks (the joint is held);
@@ -8,6 +8,7 @@
 // Lanes keep their own clocks inside a sample interval; a lane's result does not depend on its neighbours.
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -16,13 +17,17 @@
 
 namespace lacuna {
 
+/// What each lane is driven by and starts from. Their samples are at the same instants (share_clock()).
+template <class T>
+using LaneSegments = std::array<const Segment*, static_cast<std::size_t>(kLanes<T>)>;
+
 template <class T, class Dyn>
 class Rollout {
  public:
   explicit Rollout(Plant<T, Dyn>& plant);
 
   /// Fills out[sample * channels.size() + channel]. A lane that diverges holds NaN or infinity from there on.
-  void run(const Segment& segment, const std::vector<Channel>& channels, double max_step, std::vector<T>& out);
+  void run(const LaneSegments<T>& segments, const std::vector<Channel>& channels, double max_step, std::vector<T>& out);
 
  private:
   static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
@@ -34,10 +39,13 @@ class Rollout {
 
   using State = std::vector<T>;  ///< q, v, z one after the other
 
-  void start(const Segment& segment, double max_step);
-  std::pair<double, double> cut(const Segment& segment, std::size_t sample, double max_step);
-  void advance(const Segment& segment, std::size_t sample, double max_step);
-  void fetch_commands(const Segment& segment, std::size_t sample);
+  const Segment& clock() const { return *segments_.front(); }
+  template <class Value>
+  T of_each(const Value& value) const;
+  void start(double max_step);
+  std::pair<double, double> cut(std::size_t sample, double max_step);
+  void advance(std::size_t sample, double max_step);
+  void fetch_commands(std::size_t sample);
   Instant<T> instant(const T& since, const State& x) const;
   void derivative(const T& since, const State& x, State& dx);
   void remember(const T& since);
@@ -48,14 +56,15 @@ class Rollout {
   T first_event(const T& h, std::vector<T>& fraction) const;
   void settle_events(const T& first, const std::vector<T>& fraction);
   T step_to_jump(const T& h) const;
-  void sense(const Segment& segment, const std::vector<Channel>& channels, std::vector<T>& out) const;
+  void sense(const std::vector<Channel>& channels, std::vector<T>& out) const;
   void record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out);
 
   Plant<T, Dyn>& plant_;
   std::size_t n_, size_;
-  T step_ = T(0.0);       ///< s, that is being taken
-  T t_ = T(0.0);          ///< s, each lane its own, from the recording's start
-  double session_ = 0.0;  ///< s, from the session's start to the recording's
+  LaneSegments<T> segments_{};
+  T step_ = T(0.0);     ///< s, that is being taken
+  T t_ = T(0.0);        ///< s, each lane its own, from the recording's start
+  T session_ = T(0.0);  ///< s, from the session's start to the recording's
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> memory_;  ///< of the plant, at the start of the step
   std::vector<T> u_, tau_, free_, direction_, breakaway_;
@@ -70,7 +79,7 @@ class Rollout {
     std::vector<std::size_t> index;  ///< sample of the track now in force
   };
   std::vector<Cursor> cursors_;
-  void move_cursor(Cursor& cursor, const Segment& segment);
+  void move_cursor(Cursor& cursor);
 };
 
 }  // namespace lacuna

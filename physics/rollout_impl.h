@@ -29,50 +29,62 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
 }
 
 template <class T, class Dyn>
-void Rollout<T, Dyn>::run(const Segment& segment, const std::vector<Channel>& channels, double max_step,
+void Rollout<T, Dyn>::run(const LaneSegments<T>& segments, const std::vector<Channel>& channels, double max_step,
                           std::vector<T>& out) {
-  out.resize(segment.count * channels.size());
-  start(segment, max_step);
+  segments_ = segments;
+  const std::size_t count = clock().count;
+  out.resize(count * channels.size());
+  start(max_step);
   record(channels, 0, out);
-  for (std::size_t k = 0; k + 1 < segment.count; ++k) {
-    advance(segment, k, max_step);
+  for (std::size_t k = 0; k + 1 < count; ++k) {
+    advance(k, max_step);
     record(channels, k + 1, out);
   }
-  sense(segment, channels, out);
+  sense(channels, out);
+}
+
+/// value(segment) of every lane's segment.
+template <class T, class Dyn>
+template <class Value>
+T Rollout<T, Dyn>::of_each(const Value& value) const {
+  T out(0.0);
+  for (int k = 0; k < kLanes<T>; ++k) set_lane(out, k, value(*segments_[static_cast<std::size_t>(k)]));
+  return out;
 }
 
 template <class T, class Dyn>
-void Rollout<T, Dyn>::start(const Segment& segment, double max_step) {
-  if (segment.count > 1) cut(segment, 0, max_step);
+void Rollout<T, Dyn>::start(double max_step) {
+  if (clock().count > 1) cut(0, max_step);
   for (std::size_t j = 0; j < n_; ++j) {
-    x_[j] = plant_.unsensed(static_cast<int>(j), T(segment.q0[j]));
-    x_[n_ + j] = T(segment.v0[j]);
-    direction_[j] = T(dry_[j] ? (segment.v0[j] > 0.0) - (segment.v0[j] < 0.0) : 0.0);
+    x_[j] = plant_.unsensed(static_cast<int>(j), of_each([&](const Segment& s) { return s.q0[j]; }));
+    x_[n_ + j] = of_each([&](const Segment& s) { return s.v0[j]; });
+    direction_[j] = dry_[j] ? sign(x_[n_ + j]) : T(0.0);
   }
   for (Cursor& cursor : cursors_) {
     cursor.late = plant_.delay(cursor.joint);
     std::fill(cursor.index.begin(), cursor.index.end(), std::size_t{0});
   }
   step_ = T(0.0);
-  t_ = T(segment.time(0));
-  session_ = segment.session;
-  fetch_commands(segment, 0);
+  t_ = T(clock().time(0));
+  session_ = of_each([](const Segment& s) { return s.session; });
+  fetch_commands(0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
   plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
 }
 
 template <class T, class Dyn>
-void Rollout<T, Dyn>::fetch_commands(const Segment& segment, std::size_t sample) {
-  for (std::size_t j = 0; j < n_; ++j) u_[j] = T(segment.commands->value[j][segment.first + sample]);
-  for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+void Rollout<T, Dyn>::fetch_commands(std::size_t sample) {
+  for (std::size_t j = 0; j < n_; ++j)
+    u_[j] = of_each([&](const Segment& s) { return s.commands->value[j][s.first + sample]; });
+  for (Cursor& cursor : cursors_) move_cursor(cursor);
 }
 
 /// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
 template <class T, class Dyn>
-void Rollout<T, Dyn>::move_cursor(Cursor& cursor, const Segment& segment) {
-  const std::vector<double>& time = segment.commands->time;
-  const std::vector<double>& value = segment.commands->value[static_cast<std::size_t>(cursor.joint)];
+void Rollout<T, Dyn>::move_cursor(Cursor& cursor) {
   for (int k = 0; k < kLanes<T>; ++k) {
+    const CommandTrack& track = *segments_[static_cast<std::size_t>(k)]->commands;
+    const std::vector<double>&time = track.time, &value = track.value[static_cast<std::size_t>(cursor.joint)];
     const double late = lane(cursor.late, k), now = lane(t_, k);
     std::size_t& i = cursor.index[static_cast<std::size_t>(k)];
     while (i + 1 < time.size() && time[i + 1] + late <= now + 1e-12 * (1.0 + now)) ++i;
@@ -90,18 +102,18 @@ T Rollout<T, Dyn>::step_to_jump(const T& h) const {
 
 /// How many steps lead from a sample to the next, and how long each is (s); the plant resolves what they can follow.
 template <class T, class Dyn>
-std::pair<double, double> Rollout<T, Dyn>::cut(const Segment& segment, std::size_t sample, double max_step) {
-  const double whole = segment.time(sample + 1) - segment.time(sample), pieces = std::ceil(whole / max_step - 1e-9);
+std::pair<double, double> Rollout<T, Dyn>::cut(std::size_t sample, double max_step) {
+  const double whole = clock().time(sample + 1) - clock().time(sample), pieces = std::ceil(whole / max_step - 1e-9);
   plant_.resolve(std::max(kResolvedSteps * whole / pieces, kResolvedSamples * whole));
   return {pieces, whole / pieces};
 }
 
 template <class T, class Dyn>
-void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double max_step) {
-  const double begin = segment.time(sample), end = segment.time(sample + 1);
-  const auto [pieces, nominal] = cut(segment, sample, max_step);
+void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
+  const double begin = clock().time(sample), end = clock().time(sample + 1);
+  const auto [pieces, nominal] = cut(sample, max_step);
   t_ = T(begin);
-  fetch_commands(segment, sample);
+  fetch_commands(sample);
   // Every event costs one more round; a lane with more of them than this goes on with plain steps.
   const int most = static_cast<int>(pieces) * 8 + 64;
   const T close(1e-9 * nominal);
@@ -129,13 +141,13 @@ void Rollout<T, Dyn>::advance(const Segment& segment, std::size_t sample, double
     x_ = next_;
     t_ = select(active, t_ + h, t_);
     remember(h);
-    for (Cursor& cursor : cursors_) move_cursor(cursor, segment);
+    for (Cursor& cursor : cursors_) move_cursor(cursor);
   }
 }
 
 template <class T, class Dyn>
 Instant<T> Rollout<T, Dyn>::instant(const T& since, const State& x) const {
-  return {T(session_) + t_ + since, since, x.data() + n_, step_};
+  return {session_ + t_ + since, since, x.data() + n_, step_};
 }
 
 /// Carries the memories over `since` seconds, to the present state.
@@ -313,9 +325,9 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
 
 /// Positions as their transducers give them.
 template <class T, class Dyn>
-void Rollout<T, Dyn>::sense(const Segment& segment, const std::vector<Channel>& channels, std::vector<T>& out) const {
-  std::vector<double> time(segment.count);
-  for (std::size_t k = 0; k < time.size(); ++k) time[k] = segment.time(k);
+void Rollout<T, Dyn>::sense(const std::vector<Channel>& channels, std::vector<T>& out) const {
+  std::vector<double> time(clock().count);
+  for (std::size_t k = 0; k < time.size(); ++k) time[k] = clock().time(k);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].kind == ChannelKind::position) plant_.sense(channels[c].joint, time, &out[c], channels.size());
   }

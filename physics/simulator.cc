@@ -42,6 +42,13 @@ class PopulationSimulator final : public Simulator {
       workers_.push_back(options.engine == "featherstone" ? lane_choice().make(model, experiment)
                                                           : make_engine_predictor(options.engine, model, experiment));
     }
+    // An inverse dynamics' motion is measured, each segment's its own.
+    const bool alone = std::holds_alternative<InverseDynamics>(experiment.prediction);
+    for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
+      std::size_t first = alone ? s : 0;
+      while (!share_clock(experiment.segments[first], experiment.segments[s])) ++first;
+      clock_.push_back(static_cast<int>(first));
+    }
   }
 
   int lanes() const override { return workers_.front()->lanes(); }
@@ -56,29 +63,57 @@ class PopulationSimulator final : public Simulator {
   }
 
  private:
-  /// A piece is one pack of individuals on one segment.
+  struct Pair {
+    int individual, segment;
+  };
+
+  /// One pack of pairs for each piece of work: full ones of one segment each; what is left over of segments on one clock
+  /// goes together.
+  std::vector<std::vector<Pair>> packs_of(int count, std::span<const int> segments) const {
+    const int width = lanes();
+    std::vector<std::vector<Pair>> out, open;  // open: the last one on a clock, not full yet
+    for (const int s : segments) {
+      int i = 0;
+      for (; i + width <= count; i += width) {
+        out.emplace_back();
+        for (int k = 0; k < width; ++k) out.back().push_back({i + k, s});
+      }
+      for (; i < count; ++i) {
+        const auto with = std::find_if(open.begin(), open.end(), [&](const auto& pack) {
+          return clock_[static_cast<std::size_t>(pack.front().segment)] == clock_[static_cast<std::size_t>(s)];
+        });
+        std::vector<Pair>& pack = with == open.end() ? open.emplace_back() : *with;
+        pack.push_back({i, s});
+        if (static_cast<int>(pack.size()) < width) continue;
+        out.push_back(std::move(pack));
+        open.erase(open.begin() + (&pack - open.data()));
+      }
+    }
+    for (std::vector<Pair>& pack : open) out.push_back(std::move(pack));
+    return out;
+  }
+
   void run_on(Executor& executor, std::span<const std::vector<double>> individuals, std::span<const int> segments,
               const PredictionVisitor& visit, const PairResult& result) {
-    const int width = lanes(), count = static_cast<int>(individuals.size());
-    const int packs = (count + width - 1) / width;
-    const auto segment_of = [&](int piece) { return segments[static_cast<std::size_t>(piece / packs)]; };
-    const auto first_of = [&](int piece) { return piece % packs * width; };
+    const std::vector<std::vector<Pair>> packs = packs_of(static_cast<int>(individuals.size()), segments);
     const PieceWork simulate = [&](int worker, int piece) {
-      const int segment = segment_of(piece), first = first_of(piece), last = std::min(count, first + width);
-      std::vector<const std::vector<double>*> pack;
-      for (int i = first; i < last; ++i) pack.push_back(&individuals[static_cast<std::size_t>(i)]);
+      const std::vector<Pair>& pack = packs[static_cast<std::size_t>(piece)];
+      std::vector<LaneTask> tasks;
+      for (const auto& [individual, segment] : pack) {
+        tasks.push_back({&individuals[static_cast<std::size_t>(individual)],
+                         &experiment_.segments[static_cast<std::size_t>(segment)]});
+      }
       std::vector<std::vector<std::vector<double>>> predicted;
-      workers_[static_cast<std::size_t>(worker)]->predict(pack, experiment_.segments[static_cast<std::size_t>(segment)],
-                                                          max_step_, predicted);
-      for (int i = first; i < last; ++i) visit(i, segment, predicted[static_cast<std::size_t>(i - first)]);
+      workers_[static_cast<std::size_t>(worker)]->predict(tasks, max_step_, predicted);
+      for (std::size_t k = 0; k < pack.size(); ++k) visit(pack[k].individual, pack[k].segment, predicted[k]);
     };
     const PieceResults results = [&](int piece) {
       std::vector<std::span<std::byte>> out;
-      for (int i = first_of(piece); i < std::min(count, first_of(piece) + width); ++i)
-        out.push_back(result(i, segment_of(piece)));
+      for (const auto& [individual, segment] : packs[static_cast<std::size_t>(piece)])
+        out.push_back(result(individual, segment));
       return out;
     };
-    executor.run(packs * static_cast<int>(segments.size()), simulate, results, key_of(individuals, segments));
+    executor.run(static_cast<int>(packs.size()), simulate, results, key_of(individuals, segments));
   }
 
   std::uint64_t key_of(std::span<const std::vector<double>> individuals, std::span<const int> segments) const {
@@ -91,6 +126,7 @@ class PopulationSimulator final : public Simulator {
   double max_step_;
   std::unique_ptr<Executor> alone_, shared_;
   std::vector<std::unique_ptr<Predictor>> workers_;
+  std::vector<int> clock_;  ///< of each segment: the first one on the same clock
 };
 
 }  // namespace

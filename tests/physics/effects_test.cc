@@ -46,11 +46,11 @@ TEST_P(EffectNesting, ReproducesThePlainModelToTheLastBitAtItsNeutralValueAtEver
     if (std::string(GetParam().path) != "scalar") return predict_one(model, experiment, on(GetParam().engine, kStep));
     std::vector<std::vector<std::vector<double>>> out;
     const std::vector<double> values = model.values();
-    const std::vector<const std::vector<double>*> one{&values};
     auto predictor = make_engine_predictor(GetParam().engine, model, experiment);
     for (const Segment& segment : experiment.segments) {
+      const std::vector<LaneTask> one{{&values, &segment}};
       std::vector<std::vector<std::vector<double>>> predicted;
-      predictor->predict(one, segment, kStep, predicted);
+      predictor->predict(one, kStep, predicted);
       out.push_back(predicted.front());
     }
     return out;

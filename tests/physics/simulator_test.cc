@@ -50,9 +50,9 @@ TEST(Lanes, EqualTheScalarPathToRoundingOverTwentySeconds) {
   const auto lanes = predict(model, experiment, values, on("featherstone", 0.005));
   auto scalar = make_engine_predictor("featherstone", model, experiment);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::vector<const std::vector<double>*> one{&values[i]};
+    const std::vector<LaneTask> one{{&values[i], &experiment.segments[0]}};
     std::vector<std::vector<std::vector<double>>> expected;
-    scalar->predict(one, experiment.segments[0], 0.005, expected);
+    scalar->predict(one, 0.005, expected);
     for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
       double size = 0.0;
       for (const double x : expected[0][c]) size = std::max(size, std::fabs(x));
@@ -93,6 +93,35 @@ TEST(Lanes, GiveTheSameAnswerInWhateverCompanyAnIndividualIsSimulated) {
   for (const std::size_t i : {std::size_t{0}, std::size_t{3}, values.size() - 1}) {
     EXPECT_TRUE(same_bits(predict(model, experiment, {values[i]}, on("featherstone", 0.005))[0], together[i])) << i;
   }
+}
+
+TEST(Lanes, GiveTheSameAnswerWhicheverSegmentsShareThem) {
+  // Three recordings on one clock, each with commands, start, time in the session and friction of its own; one on another.
+  Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
+  for (const auto& [seconds, file] : {std::pair{1.0, "b.csv"}, {1.0, "c.csv"}, {0.7, "d.csv"}}) {
+    const Drive drive = sine_drive(6, seconds, 0.01, 4.0, 2.0 * file[0]);
+    add_recording(scenario, recording_of(*scenario.robot, drive, kArmStart, file));
+  }
+  EffectSpec friction = effect("coulomb_friction", "joint_2", {{"Fc", 30.0}});
+  friction.recordings = {"b.csv"};
+  const PlantModel model =
+      PlantModel(scenario).with_effects({friction, effect("input_delay", "joint_3", {{"T", 0.013}}),
+                                         effect("thermal_drift", "joint_1", {{"depth", 0.3}, {"tau", 2.0}})});
+  Experiment experiment = started_experiment(scenario, kArmStart);
+  double shift = 0.0;
+  for (Segment& segment : experiment.segments) segment.q0[0] += 0.1 * shift, segment.v0[2] = -0.2 * shift++;
+  EXPECT_TRUE(share_clock(experiment.segments[0], experiment.segments[2]));
+  EXPECT_FALSE(share_clock(experiment.segments[0], experiment.segments[3]));
+  const auto values = population(model, lane_info().width + 3, 9);
+  const Predictions together = predict(model, experiment, values, on("featherstone", 0.005, 2));
+  for (int s = 0; s < 4; ++s) {
+    const std::vector<int> one{s};
+    make_simulator(model, experiment, on("featherstone", 0.005))->run(values, one, [&](int i, int, const auto& alone) {
+      EXPECT_TRUE(same_bits(alone, together[static_cast<std::size_t>(i)][static_cast<std::size_t>(s)]))
+          << i << ' ' << s;
+    });
+  }
+  EXPECT_FALSE(same_bits(together[0][0], together[0][2]));
 }
 
 TEST(Simulator, GivesTheSameBitsOnOneAndTwoThreadsOnEveryEngine) {
