@@ -12,20 +12,6 @@
 namespace lacuna {
 namespace {
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
 /// A comment may hold anything but two hyphens in a row.
 std::string comment(const std::string& text) {
   std::string out = printable(text, 1000);
@@ -112,7 +98,7 @@ class Writer {
         armatures_(model.armatures(values)) {}
 
   std::string str() const {
-    std::string out = fmt::format("<mujoco model=\"{}\">\n", escaped(robot_.name()));
+    std::string out = fmt::format("<mujoco model=\"{}\">\n", xml_escaped(robot_.name()));
     out += "  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";
     out += fmt::format("  <option gravity=\"{}\" integrator=\"implicit\"/>\n", numbers(model_.gravity(values_)));
     out +=
@@ -143,7 +129,7 @@ class Writer {
 
   std::string body(int i, const std::string& indent) const {
     const std::string& name = robot_.links()[static_cast<std::size_t>(joint(i).link)].name;
-    std::string out = fmt::format("{}<body name=\"{}\" {}>\n", indent, escaped(name), placed(joint(i).origin));
+    std::string out = fmt::format("{}<body name=\"{}\" {}>\n", indent, xml_escaped(name), placed(joint(i).origin));
     const std::string inner = indent + "  ";
     out += inner + inertial_text(inertials_[static_cast<std::size_t>(i)]) + inner + joint_text(i) + visuals(i, inner);
     for (int child = i + 1; child < robot_.dof(); ++child)
@@ -154,7 +140,7 @@ class Writer {
   /// Spring, damper and dry friction are the joint's; a flow source keeps its own in the actuator.
   std::string joint_text(int i) const {
     const Joint& j = joint(i);
-    std::string out = fmt::format("<joint name=\"{}\" type=\"{}\" axis=\"{}\"", escaped(j.name),
+    std::string out = fmt::format("<joint name=\"{}\" type=\"{}\" axis=\"{}\"", xml_escaped(j.name),
                                   j.prismatic() ? "slide" : "hinge", numbers(j.axis));
     if (std::isfinite(j.lower) && std::isfinite(j.upper))
       out += fmt::format(" limited=\"true\" range=\"{}\"", numbers({j.lower, j.upper}));
@@ -188,7 +174,7 @@ class Writer {
     for (int i = 0; i < robot_.dof(); ++i) {
       if (actuator(i).type < 0) continue;
       const Values p(model_, actuator(i), values_);
-      const std::string name = escaped(joint(i).name);
+      const std::string name = xml_escaped(joint(i).name);
       const double offset = sum_over_effects(i, {"valve_offset"}, "b");
       if (model_name(i) == "flow_source") {
         out += "    " + comment(joint(i).name + ": flow_source, " + p.words() +

@@ -188,8 +188,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
   rounds.run();
   report("whether all are needed", 0.9);
-  // What had to wait until something else was recognised may be found now.
-  if (rounds.look_back()) rounds.run();
+  rounds.reconsider();
   CurrentModel& current = rounds.current;
   simulator = rounds.simulator;
   for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))

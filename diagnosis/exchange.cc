@@ -8,8 +8,8 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
-#include "diagnosis/prune.h"
 #include "diagnosis/where.h"
+#include "diagnosis/without.h"
 #include "diagnosis/worth.h"
 
 namespace lacuna {

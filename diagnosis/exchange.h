@@ -18,7 +18,7 @@ double evidence_over(const CurrentModel& standing, const CurrentModel& other, co
                      const SimulatorOptions& options);
 
 /// `current` with finding `which`'s effect exchanged for the rival's, refitted; nothing where it cannot be simulated.
-/// `plain`, `findings` as in prune.h.
+/// `plain`, `findings` as in without.h.
 std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, const CurrentModel& plain,
                                       const CurrentModel& current, const std::vector<Finding>& findings,
                                       const Experiment& experiment, const SimulatorOptions& options,

@@ -9,12 +9,6 @@
 
 namespace lacuna {
 
-/// `current` anew from `plain`, at its values, without finding `which` or with `instead` in its place (own coordinates
-/// `own`). Not fitted.
-CurrentModel rebuilt(const CurrentModel& plain, const CurrentModel& current, const std::vector<Finding>& findings,
-                     const Experiment& experiment, std::size_t which, const EffectSpec* instead = nullptr,
-                     const std::vector<double>& own = {});
-
 /// Takes out of `current`, one at a time and the least needed first, every finding without which the rest of the model,
 /// re-identified, is no worse: its gain is within chance on the train recordings or within two standard errors on the
 /// validate ones. What another finding there contains of it (EffectInfo::contains) is handed to that one, whose numbers

@@ -23,8 +23,9 @@ class Rounds {
   /// Rounds until one finds nothing, nothing is left, or there are as many findings as most_effects(). A round that a
   /// checkpoint holds is taken from there.
   void run();
-  /// Every finding beside the others once more (exchange.h). Whether any has changed.
-  bool look_back();
+  /// Several findings once more: each beside the others (exchange.h), then each that a later one contains. After any
+  /// change, rounds go on.
+  void reconsider();
 
   CurrentModel current;
   SimulatorOptions simulator;  ///< with the step that the present model needs
@@ -32,6 +33,8 @@ class Rounds {
 
  private:
   bool round();
+  bool exchange_findings();
+  bool find_anew();
   int most_effects() const;  ///< findings at most: four, or two a joint if those are more
 
   const Scenario& scenario_;

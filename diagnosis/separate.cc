@@ -8,7 +8,6 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/exchange.h"
-#include "diagnosis/prune.h"
 #include "ga/random.h"
 #include "physics/course.h"
 

@@ -12,20 +12,6 @@
 namespace lacuna {
 namespace {
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '\'': out += "&apos;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
 std::string triple(const Eigen::Vector3d& v) {
   // Adding 0 turns -0 into 0.
   return format_number(v[0] + 0.0) + ' ' + format_number(v[1] + 0.0) + ' ' + format_number(v[2] + 0.0);
@@ -58,7 +44,7 @@ std::string visual_text(const Visual& visual, const std::string& material) {
   const auto& c = visual.rgba;
   return fmt::format(
       "    <visual>{}<geometry>{}</geometry><material name='{}'><color rgba='{} {} {} {}'/></material></visual>\n",
-      origin(visual.pose), shape, escaped(material), c[0], c[1], c[2], c[3]);
+      origin(visual.pose), shape, xml_escaped(material), c[0], c[1], c[2], c[3]);
 }
 
 std::string link_text(const Link& link, double mass) {
@@ -76,13 +62,13 @@ std::string link_text(const Link& link, double mass) {
   }
   for (std::size_t v = 0; v < link.visuals.size(); ++v)
     body += visual_text(link.visuals[v], fmt::format("{}_{}", link.name, v));
-  const std::string name = escaped(link.name);
+  const std::string name = xml_escaped(link.name);
   return body.empty() ? fmt::format("  <link name='{}'/>\n", name)
                       : fmt::format("  <link name='{}'>\n{}  </link>\n", name, body);
 }
 
 std::string ends(const std::string& parent, const std::string& child) {
-  return fmt::format("<parent link='{}'/><child link='{}'/>", escaped(parent), escaped(child));
+  return fmt::format("<parent link='{}'/><child link='{}'/>", xml_escaped(parent), xml_escaped(child));
 }
 
 std::string joint_text(const Joint& joint, const std::string& parent, const std::string& child) {
@@ -95,7 +81,7 @@ std::string joint_text(const Joint& joint, const std::string& parent, const std:
                         bounded(joint.upper), bounded(joint.effort), bounded(joint.velocity));
   else if (std::isfinite(joint.effort) || std::isfinite(joint.velocity))
     limit = fmt::format("<limit effort='{}' velocity='{}'/>", bounded(joint.effort), bounded(joint.velocity));
-  return fmt::format("  <joint name='{}' type='{}'>{}{}<axis xyz='{}'/>{}</joint>\n", escaped(joint.name),
+  return fmt::format("  <joint name='{}' type='{}'>{}{}<axis xyz='{}'/>{}</joint>\n", xml_escaped(joint.name),
                      kTypes[static_cast<int>(joint.type)], ends(parent, child), origin(joint.origin),
                      triple(joint.axis), limit);
 }
@@ -116,7 +102,7 @@ std::string to_urdf(const Robot& robot, std::span<const double> link_masses) {
   for (const Joint& joint : robot.joints()) taken.insert(joint.name);
   for (const Link& link : links) taken.insert(link.name);
 
-  std::string out = fmt::format("<?xml version='1.0'?>\n<robot name='{}'>\n", escaped(robot.name()));
+  std::string out = fmt::format("<?xml version='1.0'?>\n<robot name='{}'>\n", xml_escaped(robot.name()));
   const auto is_root = [](const Link& l) {
     return l.body < 0 && l.in_body.isApprox(Eigen::Isometry3d::Identity(), 0.0);
   };
@@ -135,8 +121,9 @@ std::string to_urdf(const Robot& robot, std::span<const double> link_masses) {
   }
   for (const Link& link : links) {
     if (link.name == carrier(link.body)) continue;
-    out += fmt::format("  <joint name='{}' type='fixed'>{}{}</joint>\n", escaped(unused(link.name + "_mount", taken)),
-                       ends(carrier(link.body), link.name), origin(link.in_body));
+    out +=
+        fmt::format("  <joint name='{}' type='fixed'>{}{}</joint>\n", xml_escaped(unused(link.name + "_mount", taken)),
+                    ends(carrier(link.body), link.name), origin(link.in_body));
   }
   return out + "</robot>\n";
 }

@@ -9,6 +9,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/exchange.h"
 #include "diagnosis/prune.h"
+#include "diagnosis/rounds.h"
 #include "tests/diagnosis/noise.h"
 #include "tests/ga/plant_problems.h"
 
@@ -240,6 +241,30 @@ TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
   const std::vector<double> values = two.both->space.expand(two.both->fit.point);
   EXPECT_NEAR(values[values.size() - 3], kSpring, 0.05 * kSpring);
   EXPECT_NEAR(values[values.size() - 2], kSide, 0.05 * kSide);
+}
+
+TEST(Rounds, FindAnewWhatALaterFindingContains) {
+  constexpr double kSpring = 60.0, kSide = 0.05, kLag = 0.02;  // N m/rad, kg m^2, s
+  const Scenario scenario = pendulum_problem(kStart, kDrive, kNoise,
+                                             {effect("joint_compliance", "swing", {{"k", kSpring}, {"J", kSide}}),
+                                              effect("actuator_lag", "swing", {{"T", kLag}})},
+                                             10.0, available_engines().back());
+  Finding spring = Pruned::on_swing("joint_compliance");
+  spring.fixed = {{"c", 0.0}};
+  // As if the inertia had been found before its spring, and then a spring without one.
+  Pruned wrong(scenario, {Pruned::on_swing("armature"), spring}, {{kSide}, {1.0 / kSpring, std::log(1e-3)}});
+  Diagnosis d;
+  d.findings = wrong.findings;
+  DiagnosisCheckpoint none("", "", false);
+  const Report silent = [](const std::string&, double) {};
+  Rounds rounds(scenario, wrong.experiment, {}, none, *wrong.plain, on("featherstone", 0.005, 2), d, silent);
+  rounds.current = *wrong.both;
+  rounds.reconsider();
+  ASSERT_EQ(d.findings.size(), 2u);
+  EXPECT_EQ(d.findings[0].effect, "joint_compliance");
+  EXPECT_EQ(d.findings[1].effect, "actuator_lag");
+  const std::vector<double> values = rounds.current.space.expand(rounds.current.fit.point);
+  EXPECT_NEAR(values.back(), kLag, 0.1 * kLag);
 }
 
 TEST(Diagnosis, SaysWhereOnlyTheTestRecordingMissesSomething) {
