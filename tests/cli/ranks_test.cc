@@ -194,7 +194,7 @@ TEST_F(Job, AKilledRankEndsItAndARerunResumes) {
 }
 
 TEST_F(Job, AnInterruptionEndsItAndOneProcessResumes) {
-  constexpr int kGenerations = 400;  // long enough to be met at work
+  constexpr int kGenerations = 1200;  // mpirun takes a second or two to pass a signal on
   const fs::path whole = arm_.folder() / "whole", parts = arm_.folder() / "parts";
   ASSERT_EQ(lacuna(identify(whole, kGenerations)).code, 0);
   std::optional<Outcome> ended;
