@@ -172,10 +172,11 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   fit.step = options.step ? StepChoice{*options.step, std::nan("")}
                           : choose_step(model, experiment, simulator, model.values());
   simulator.max_step = fit.step.step;
-  Problem problem(model, experiment, space, simulator, first_weights(model, experiment));
+  const std::vector<double> weights = first_weights(model, experiment);
+  std::optional<Problem> problem(std::in_place, model, experiment, space, simulator, weights);
   std::vector<double> start = space.start();
   if (options.optimizer != Optimizer::lsq && space.size() > 0) {
-    const OptimizerResult found = search_population(problem, options, train);
+    const OptimizerResult found = search_population(*problem, options, train);
     if (found.interrupted) throw Interrupted();
     if (!std::isfinite(found.best_cost)) throw WorkError("every simulation of the search diverged");
     fit.history = found.history;
@@ -188,13 +189,23 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   const bool refine = options.optimizer == Optimizer::lsq || options.optimizer == Optimizer::ga_lsq;
   if (!refine) finish.iterations = 0, finish.polish = false;
   if (options.tolerance) finish.tolerance = *options.tolerance, finish.polish = false;
-  fit.solution = solve_least_squares(problem, start, train, finish);
-  fit.point = fit.solution.point;
-  fit.evaluations += fit.solution.evaluations;
-  fit.values = space.expand(fit.point);
-  describe_fit(model, space, problem, train, fit);
+  for (;;) {
+    fit.solution = solve_least_squares(*problem, start, train, finish);
+    fit.point = fit.solution.point;
+    fit.evaluations += fit.solution.evaluations;
+    fit.values = space.expand(fit.point);
+    if (!refine || options.step) break;
+    // The plant may be stiffer as identified than as it was guessed.
+    const StepChoice needed = choose_step(model, experiment, simulator, fit.values);
+    if (!(needed.step < simulator.max_step)) break;
+    fit.step = needed;
+    simulator.max_step = needed.step;
+    problem.emplace(model, experiment, space, simulator, weights);
+    start = fit.point;
+  }
+  describe_fit(model, space, *problem, train, fit);
   for (const Role role : {Role::train, Role::validate, Role::test}) {
-    fit.rms.emplace_back(role, residual_rms(problem, fit.values, role));
+    fit.rms.emplace_back(role, residual_rms(*problem, fit.values, role));
   }
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return fit;

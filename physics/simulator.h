@@ -71,7 +71,7 @@ struct StepChoice {
   double error_over_noise = 0.0;  ///< measured by halving
 };
 /// Halves the step from 10 ms, or the sampling period where that is shorter, until the error stays under a tenth of the
-/// noise (or the shortest step is reached).
+/// noise on every recording (or the shortest step is reached). No measured value is looked at but the starts.
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values);
 
