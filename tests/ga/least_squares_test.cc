@@ -252,6 +252,33 @@ TEST(Identifiability, OfAKnownMassIsFull) {
     EXPECT_GT(e.upper95, e.value);
   }
 }
+TEST(Identify, StepsAsShortAsTheValuesFoundNeed) {
+  // Guessed with a third of its damping the pendulum is not stiff; as it is, 10 ms is beyond what Kutta's method stands.
+  constexpr double kDamping = 400.0, kNoise = 1e-3;  // N m s/rad, rad
+  const Scenario truth = pendulum_scenario({1200.0, kDamping, 1600.0});
+  Scenario scenario = pendulum_scenario({1200.0, kDamping / 3.0, 1600.0});
+  for (const Role role : {Role::train, Role::validate}) {
+    add_recording(scenario,
+                  simulated_recording(truth, rested_drive(6.0, 3.1 * static_cast<double>(role)), {{0.0}, {0.0}, false},
+                                      available_engines().back(), std::string(to_string(role)) + ".csv", kNoise, 5),
+                  role);
+  }
+  scenario.identify.push_back({"damping", true, 0.2, 5.0, "test: identify.damping"});
+  scenario.noise[ChannelKind::position]["swing"] = kNoise;
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  const double guessed = choose_step(model, experiment, options.simulator, model.values()).step;
+  const FitResult fit = identify(model, experiment, SearchSpace(model, scenario), options);
+  EXPECT_LT(fit.step.step, guessed);
+  EXPECT_LE(fit.step.step, choose_step(model, experiment, options.simulator, fit.values).step);
+  EXPECT_NEAR(fit.estimates.front().value, kDamping, 0.02 * kDamping);
+  for (const auto& [role, rms] : fit.rms) {
+    if (role == Role::test) continue;
+    EXPECT_LT(rms.front().second, 1.1 * kNoise);
+  }
+}
 
 }  // namespace
 }  // namespace lacuna
