@@ -89,7 +89,8 @@ class Dynamics {
                    double step);
 
   /// Largest gaps after `steps` of the engine's own steps from (q, v), no efforts, where its state is bodies and not
-  /// joint coordinates; nothing where joints cannot come apart. `correction`: share of a gap that is pulled back a step.
+  /// joint coordinates; nothing where joints cannot come apart. `correction`: share of a gap that is pulled back a
+  /// step.
   std::optional<JointGap> native_joint_gap(std::span<const double> q, std::span<const double> v, double step, int steps,
                                            double correction);
 

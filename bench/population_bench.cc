@@ -1,5 +1,5 @@
-// The genetic algorithm's cost call on a recording of ten seconds: the seed's population of 70, which on lanes of 8 makes
-// an odd number of packs, and one of whole packs; and what the machine itself gives to a second thread.
+// The genetic algorithm's cost call on a recording of ten seconds: the seed's population of 70, which on lanes of 8
+// makes an odd number of packs, and one of whole packs; and what the machine itself gives to a second thread.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -65,7 +65,8 @@ std::optional<BlindVerdict> finished(const fs::path& folder, const std::string& 
   }
 }
 
-/// The verdict on one case, from `folder` or made now; nothing where another rank writes it. The label is not looked at.
+/// The verdict on one case, from `folder` or made now; nothing where another rank writes it. The label is not looked
+/// at.
 std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& flags, const ScenarioFolder& one,
                                        const fs::path& folder, const std::function<void(const Progress&)>& progress) {
   const Scenario scenario = load_scenario(one.folder / "scenario.yaml");

@@ -95,7 +95,8 @@ double largest_difference(const std::vector<EngineRun>& runs, const std::vector<
   return out;
 }
 
-/// Rows: engines; columns: instants. Where `factor` is not 1, poses are the referee's plus `factor` times the difference.
+/// Rows: engines; columns: instants. Where `factor` is not 1, poses are the referee's plus `factor` times the
+/// difference.
 Image sheet(const Scenario& scenario, const std::vector<EngineRun>& runs, const std::vector<std::size_t>& instants,
             double factor) {
   std::vector<Drawing> drawings;

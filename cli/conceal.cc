@@ -1,4 +1,5 @@
-// `lacuna conceal`: a case folder whose recordings hold physics that its scenario leaves out, the truth sealed beside it.
+// `lacuna conceal`: a case folder whose recordings hold physics that its scenario leaves out, the truth sealed beside
+// it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

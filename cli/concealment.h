@@ -1,8 +1,9 @@
-// What `lacuna conceal` hides: a true machine that differs from the scenario's model, and what its recordings would hold.
+// What `lacuna conceal` hides: a true machine that differs from the scenario's model, and what its recordings would
+// hold.
 //
-// The true machine is the scenario's plant with every free parameter moved by a drawn share, plus the effects asked for.
-// It is simulated by physics/truth.h: another engine and another integrator than those which identify. The recordings keep
-// the scenario's commands, clocks and roles.
+// The true machine is the scenario's plant with every free parameter moved by a drawn share, plus the effects asked
+// for. It is simulated by physics/truth.h: another engine and another integrator than those which identify. The
+// recordings keep the scenario's commands, clocks and roles.
 #pragma once
 
 #include <optional>
@@ -61,9 +62,9 @@ struct Concealment {
   double left_rms_over_noise = 0.0;  ///< what a refit of the plain model leaves of it (train recordings, all channels)
 };
 
-/// Throws InputError for effects or places that do not exist, values out of range, a scenario without a train recording;
-/// WorkError where the visibility cannot be reached or the motion diverges; Interrupted.
-/// Recordings of the result are named as the scenario names them, `.csv` at the end, without folders above the scenario's.
+/// Throws InputError for effects or places that do not exist, values out of range, a scenario without a train
+/// recording; WorkError where the visibility cannot be reached or the motion diverges; Interrupted. Recordings of the
+/// result are named as the scenario names them, `.csv` at the end, without folders above the scenario's.
 Concealment conceal(const Scenario& scenario, const ConcealOptions& options);
 
 }  // namespace lacuna

@@ -10,8 +10,8 @@
 namespace lacuna {
 
 void DiagnoseFlags::add_to(CLI::App& command) {
-  // Every fit begins at the scenario's start values as well, and the physics sought bends the valley that the search would
-  // find the bottom of: a short look around.
+  // Every fit begins at the scenario's start values as well, and the physics sought bends the valley that the search
+  // would find the bottom of: a short look around.
   constexpr int kGenerations = 20;
   identify.generations = kGenerations;
   identify.add_to(command, false);

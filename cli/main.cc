@@ -40,8 +40,8 @@ constexpr AddCommand* kCommands[] = {
     add_export,
 };
 
-/// Those that every rank runs, to share the work; what they write and print is guarded by Session::first(). Of the others
-/// only the first rank's run is needed.
+/// Those that every rank runs, to share the work; what they write and print is guarded by Session::first(). Of the
+/// others only the first rank's run is needed.
 constexpr std::string_view kOnEveryRank[] = {"identify", "diagnose", "study", "blind"};
 
 constexpr int kBadInput = 2, kNotDone = 3, kInterrupted = 130;

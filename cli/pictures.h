@@ -38,8 +38,8 @@ struct Drawing {
   std::vector<double> q;  ///< rad or m
   std::string caption, subcaption;
 };
-/// All from one camera, fitted to the first engine's. A pose that is not finite gives an empty picture. Throws WorkError
-/// where drawing is not possible.
+/// All from one camera, fitted to the first engine's. A pose that is not finite gives an empty picture. Throws
+/// WorkError where drawing is not possible.
 std::vector<Image> draw(const Scenario& scenario, const std::vector<Drawing>& drawings, const PoseOptions& options);
 
 /// Every pose on every engine, all from one camera, pose by pose. Throws WorkError where drawing is not possible.

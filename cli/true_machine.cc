@@ -34,7 +34,8 @@ void set_noise(Experiment& experiment) {
   }
 }
 
-/// Every free parameter moved up or down by a share within [least, most]; a start value of 0 by that share of its bounds.
+/// Every free parameter moved up or down by a share within [least, most]; a start value of 0 by that share of its
+/// bounds.
 std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario, const SearchSpace& space,
                               const ConcealOptions& options) {
   std::vector<double> values = model.values();
@@ -70,7 +71,8 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
   return space.expand(space.contract(values));
 }
 
-/// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, nearly in proportion.
+/// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, nearly in
+/// proportion.
 template <class Left>
 double factor_for(double visibility, const std::string& name, const Left& left) {
   constexpr int kTries = 9;

@@ -57,8 +57,8 @@ class TrueMachine {
   /// [segment][channel][sample], noise-free.
   std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
                                const std::vector<OutsidePhysics>& others, double tolerance) const;
-  /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted, together
-  /// with `besides` where given.
+  /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted,
+  /// together with `besides` where given.
   std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
                                        const std::vector<OutsidePhysics>& others, double tolerance,
                                        const std::vector<EffectSpec>& besides = {}) const;

@@ -30,7 +30,8 @@ void measure_points(Runner& runner, const Motion& window, const Referee& referee
 /// under a tenth of the coarsest meaningful one and above a hundred times the referee's own. NaN where no pair is.
 double order_of(const std::vector<WorkPoint>& points, double referee_error);
 
-/// A motion on one engine by one method, or as much of its start as takes kLongestMainRun, judged by its first interval.
+/// A motion on one engine by one method, or as much of its start as takes kLongestMainRun, judged by its first
+/// interval.
 class Affordable {
  public:
   /// `whole` runs `motion`; both must outlive this.

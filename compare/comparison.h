@@ -1,7 +1,7 @@
 // The result of a comparison: plain numbers, filled by the measurements of this room, written by reports/.
 //
-// A number that was not measured is NaN, and a word beside it says why. Positions of sliding joints are metres, of others
-// radians; an error "over the joints" is the largest, each in its own unit.
+// A number that was not measured is NaN, and a word beside it says why. Positions of sliding joints are metres, of
+// others radians; an error "over the joints" is the largest, each in its own unit.
 #pragma once
 
 #include <limits>

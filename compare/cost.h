@@ -13,8 +13,8 @@ namespace lacuna {
 void measure_engine_costs(const Motion& motion, std::uint64_t seed, std::vector<EngineComparison>& engines,
                           const StopFlag* stop);
 
-/// Fills ns_per_step and realtime_factor of every method that was run, and from them the work points' computing times, at `step` over the motion that the runners run.
-/// `runners`: one per engine, null where it is not available.
+/// Fills ns_per_step and realtime_factor of every method that was run, and from them the work points' computing times,
+/// at `step` over the motion that the runners run. `runners`: one per engine, null where it is not available.
 void measure_step_costs(std::vector<std::unique_ptr<Runner>>& runners, double step,
                         std::vector<EngineComparison>& engines, const StopFlag* stop);
 

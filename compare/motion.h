@@ -13,7 +13,8 @@
 
 namespace lacuna {
 
-/// A stretch of a motion with fixed parameters. Its start is written into the segment when the stretch before it is over.
+/// A stretch of a motion with fixed parameters. Its start is written into the segment when the stretch before it is
+/// over.
 struct Phase {
   Segment segment;             ///< commands, samples, and (first phase) the start
   std::vector<double> values;  ///< of the plant
@@ -32,20 +33,22 @@ struct Motion {
   std::vector<double> times() const;  ///< s, of all samples; a phase begins with the sample that ends the one before
 };
 
-/// An engine with the mass properties and the gravity of the motion's first phase. Throws WorkError where it is missing.
+/// An engine with the mass properties and the gravity of the motion's first phase. Throws WorkError where it is
+/// missing.
 std::unique_ptr<Dynamics> build_engine(const std::string& engine, const Motion& motion);
 
 /// Spacing of the samples of a motion without commands, and so its longest step, s; a short motion has 32 of them.
 inline constexpr double kFreeSpacing = 0.064;
 
 /// The scenario's motion: the commands that `motion` names, read here, else commands and start from the scenario's one
-/// recording (already chosen and loaded); start, duration and pickup as `motion` states them; where nobody says every joint at 1 rad (0.1 m), at rest. At most `most` seconds unless
-/// `motion` states a duration. Effects that only change readings are left out: readings are the same code on all engines.
-/// Throws InputError for a plant whose pickup cannot be carried out (states or memories of its own).
+/// recording (already chosen and loaded); start, duration and pickup as `motion` states them; where nobody says every
+/// joint at 1 rad (0.1 m), at rest. At most `most` seconds unless `motion` states a duration. Effects that only change
+/// readings are left out: readings are the same code on all engines. Throws InputError for a plant whose pickup cannot
+/// be carried out (states or memories of its own).
 Motion motion_of(const Scenario& scenario, double most);
 
-/// The same robot from the same start without any actuator or effect but changed mass properties, for `seconds`; at rest
-/// it is given speeds within 0.5 rad/s (m/s), drawn from `seed`. `gravity`: with the scenario's gravity, or none.
+/// The same robot from the same start without any actuator or effect but changed mass properties, for `seconds`; at
+/// rest it is given speeds within 0.5 rad/s (m/s), drawn from `seed`. `gravity`: with the scenario's gravity, or none.
 Motion free_motion_of(const Scenario& scenario, const Motion& motion, double seconds, bool gravity, std::uint64_t seed);
 
 /// Speeds after the tool has taken hold of a point mass at rest: the joints' momenta M v stay, the mass matrix changes.

@@ -18,7 +18,8 @@ struct Trajectory {
   long steps = 0;                         ///< taken; of a method with step control the dynamics' evaluations
 };
 
-/// The method that is the same for all engines at a fixed step: the rollout's, Kutta's of fourth order (physics/rollout.h).
+/// The method that is the same for all engines at a fixed step: the rollout's, Kutta's of fourth order
+/// (physics/rollout.h).
 inline constexpr char kCommonMethod[] = "rk4";
 /// The same for all at a tolerance: Dormand and Prince's pair of orders 5 and 4 with step control (physics/truth.h).
 inline constexpr char kAdaptiveMethod[] = "dopri5";
@@ -41,8 +42,8 @@ class Runner {
   /// Why this engine cannot be carried through this motion by the method; "" where it can.
   std::string refuses(const Method& method) const;
 
-  /// Steps of at most `step` s that end at the samples. The engine's own methods take what drives the joints at the start
-  /// of a step and hold it, as a controller does; states of the plant go along by Euler's method.
+  /// Steps of at most `step` s that end at the samples. The engine's own methods take what drives the joints at the
+  /// start of a step and hold it, as a controller does; states of the plant go along by Euler's method.
   Trajectory run(const Method& method, double step);
   /// By kAdaptiveMethod. One engine is built for each call.
   Trajectory run_adaptive(double tolerance, const StopFlag* stop) const;

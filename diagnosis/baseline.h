@@ -9,12 +9,12 @@ namespace lacuna {
 /// rms of white noise that would leave what sixth differences show of the channel, median over segments; NaN: unknown.
 double noise_seen(const Experiment& experiment, std::size_t channel);
 
-/// rms of each predicted channel's noise: what the scenario states or the recordings show, whichever is larger (a stated
-/// figure may leave out the transducer's steps). NaN where nothing is known.
+/// rms of each predicted channel's noise: what the scenario states or the recordings show, whichever is larger (a
+/// stated figure may leave out the transducer's steps). NaN where nothing is known.
 std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment);
 
-/// Weights for the next fit: the noise where the residual is down to it, the residual's own rms elsewhere, so that a joint
-/// with a misfit does not outweigh the others.
+/// Weights for the next fit: the noise where the residual is down to it, the residual's own rms elsewhere, so that a
+/// joint with a misfit does not outweigh the others.
 std::vector<double> weights_from(const CurrentModel& current, const Experiment& experiment,
                                  const SimulatorOptions& options);
 
@@ -25,9 +25,9 @@ Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const ResidualBlock> b
 constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
 constexpr int kRefitIterations = 25;
 
-/// Least squares on the train recordings from the model's present point, with its present weights, until a step gains less
-/// than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot be
-/// simulated from that point.
+/// Least squares on the train recordings from the model's present point, with its present weights, until a step gains
+/// less than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot
+/// be simulated from that point.
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
            const RunControl& control, double tolerance = kRefitTolerance, const Eigen::MatrixXd* jacobian = nullptr);
 

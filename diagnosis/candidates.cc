@@ -8,7 +8,8 @@
 namespace lacuna {
 namespace {
 
-/// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay finite.
+/// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay
+/// finite.
 constexpr double kWidest = 1e3;
 constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
 

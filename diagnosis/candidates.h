@@ -17,8 +17,8 @@ struct CurrentModel {
   LeastSquaresResult fit;       ///< on the train segments
 };
 
-/// An effect at each place where it can show and does not stand yet: on a command or an actuator where there is one, on a
-/// motion where it is measured and moves, on a reading where positions are predicted.
+/// An effect at each place where it can show and does not stand yet: on a command or an actuator where there is one, on
+/// a motion where it is measured and moves, on a reading where positions are predicted.
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment);
 
 /// Axes of an effect's own parameters in `model`, where it stands at `component`; those that `spec` names are fixed.

@@ -9,8 +9,8 @@
 
 namespace lacuna {
 
-/// A step at which neighbours of the present model are compared with it: many simulations that are only to be ranked. What
-/// that step does to the present model itself is known, and taken off all of them.
+/// A step at which neighbours of the present model are compared with it: many simulations that are only to be ranked.
+/// What that step does to the present model itself is known, and taken off all of them.
 struct CoarseLook {
   SimulatorOptions simulator;  ///< with that step
   Eigen::VectorXd correction;  ///< whitened; to be added to the residuals of `train` at that step
@@ -20,8 +20,8 @@ struct CoarseLook {
                                             std::span<const int> train) const;
 };
 
-/// The longest of two and four times the model's step at which the correction is no more than a tenth of the energy that
-/// is to be explained; the model's own step where even the first is too long.
+/// The longest of two and four times the model's step at which the correction is no more than a tenth of the energy
+/// that is to be explained; the model's own step where even the first is too long.
 CoarseLook coarse_look(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator);
 
 }  // namespace lacuna

@@ -28,8 +28,8 @@ Candidate candidate_record(const Tried& tried, const std::string& note) {
           note};
 }
 
-/// Screening follows many candidates for a few cheap steps and may lose one whose parameters lie far off. Those that the
-/// linear look promised most are therefore re-identified in full, too.
+/// Screening follows many candidates for a few cheap steps and may lose one whose parameters lie far off. Those that
+/// the linear look promised most are therefore re-identified in full, too.
 void refit_promising(Judge& judge, std::vector<Tried>& tried) {
   std::vector<Tried*> order;
   for (Tried& t : tried) order.push_back(&t);
@@ -84,7 +84,8 @@ void refit_kin(Judge& judge, const CurrentModel& current, std::vector<Tried>& tr
   }
 }
 
-/// The best candidate and those that explain nearly as much and are no further behind than integration errors could feign.
+/// The best candidate and those that explain nearly as much and are no further behind than integration errors could
+/// feign.
 std::vector<Tried*> rivals_by_a_hair(const Judge& judge, std::vector<Tried>& tried) {
   std::vector<Tried*> out;
   double first_doubt = 0.0;

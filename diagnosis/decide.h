@@ -7,7 +7,8 @@
 //  - where it removes most, it removes at least a quarter of the energy that stands above that joint's noise on the
 //    validate recordings (of all energy where the noise is unknown): what explains less is not the explanation, and the
 //    rest stays reported as unknown. Joint by joint, since every joint of a machine may miss something of its own;
-//  - that change is at least a tenth of the noise, rms over all channels (where the noise is known): integration errors up
+//  - that change is at least a tenth of the noise, rms over all channels (where the noise is known): integration errors
+//  up
 //    to that are allowed, and a found effect's law is seldom the machine's to the last digit;
 //  - none of its own numbers was driven to the end of its range.
 // Among those the one with the most evidence wins: train and validate gain less half its parameters times the logarithm
@@ -44,8 +45,8 @@ struct DecideOptions {
   double integration_error = 0.0;  ///< rms over the noise's, at the step in use
 };
 
-/// A candidate with fewer numbers than the one kept that could stand in the same place: with another effect beside it, it
-/// may be the truth that the one kept imitates.
+/// A candidate with fewer numbers than the one kept that could stand in the same place: with another effect beside it,
+/// it may be the truth that the one kept imitates.
 struct Branch {
   Finding finding;
   CurrentModel model;

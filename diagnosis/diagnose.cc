@@ -18,7 +18,8 @@
 namespace lacuna {
 namespace {
 
-/// While a rest stays unexplained the model is known to be wrong: what explains the rest may explain the finding as well.
+/// While a rest stays unexplained the model is known to be wrong: what explains the rest may explain the finding as
+/// well.
 void leave_room(Finding& finding, double unknown) {
   finding.probability *= 1.0 - unknown;
   for (Rival& rival : finding.rivals) rival.probability *= 1.0 - unknown;

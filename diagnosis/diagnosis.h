@@ -1,9 +1,9 @@
 // The diagnosis of one scenario: what its plain model leaves out, where, how much, and how far the fit improves.
 //
 // The steps stand one file each, in order: baseline.h (identify the plain model), locate.h (where it fails), screen.h
-// (every effect at every place, re-identified with it), decide.h (what is better than chance on recordings that were not
-// fitted), where.h (when and in which states that shows), prune.h (whether all are needed), separate.h (the motion that
-// would tell a class apart), verify.h (test recordings, other engines).
+// (every effect at every place, re-identified with it), decide.h (what is better than chance on recordings that were
+// not fitted), where.h (when and in which states that shows), prune.h (whether all are needed), separate.h (the motion
+// that would tell a class apart), verify.h (test recordings, other engines).
 #pragma once
 
 #include <map>
@@ -72,8 +72,8 @@ struct Unexplained {
   std::vector<std::string> regions;
   std::vector<Misfit> times;  ///< when, in the recordings that were not fitted; most energy first
   double share = 0.0;         ///< of the validate residual energy above the noise, after the findings
-  /// That something outside the catalogue, or a combination of effects not tried, stands where findings are claimed: the
-  /// rest as a share of what was missing; 0 where no rest is significant or the noise is unknown.
+  /// That something outside the catalogue, or a combination of effects not tried, stands where findings are claimed:
+  /// the rest as a share of what was missing; 0 where no rest is significant or the noise is unknown.
   double probability = 0.0;
 };
 
@@ -120,8 +120,8 @@ struct Diagnosis {
   std::vector<MissingEffort> missing;  ///< where the plain model fails; empty where that cannot be said
   JointRms noise;
   FitResult before, after;  ///< `after` equals `before` where nothing was found
-  /// The found model fitted once more to every recording, test included, after all else was settled: for comparison with
-  /// references that used the whole record. No other figure here depends on it.
+  /// The found model fitted once more to every recording, test included, after all else was settled: for comparison
+  /// with references that used the whole record. No other figure here depends on it.
   std::vector<Estimate> all_recordings;
   std::vector<std::vector<Candidate>> rounds;
   std::vector<EngineGain> engines;

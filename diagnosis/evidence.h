@@ -26,12 +26,12 @@ struct Gain {
 };
 Gain residual_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& after, std::span<const ResidualBlock> blocks);
 
-/// The gain on held-out recordings, and whether it is more than luck. How the prediction changes, d, was settled on other
-/// recordings: without any effect its sum of products with the residual before has mean 0 and the variance of noise sent
-/// through it. `standard_errors` is that sum over its standard deviation, channels weighed by the noise that they are left
-/// with, slow noise counted at its effective samples, and the model's own errors (`spread`) sent through d besides;
-/// `p_value` its one-sided normal chance. It asks for the direction only: whether the size is right, too, says the sign
-/// of `gain`.
+/// The gain on held-out recordings, and whether it is more than luck. How the prediction changes, d, was settled on
+/// other recordings: without any effect its sum of products with the residual before has mean 0 and the variance of
+/// noise sent through it. `standard_errors` is that sum over its standard deviation, channels weighed by the noise that
+/// they are left with, slow noise counted at its effective samples, and the model's own errors (`spread`) sent through
+/// d besides; `p_value` its one-sided normal chance. It asks for the direction only: whether the size is right, too,
+/// says the sign of `gain`.
 struct HeldoutGain {
   double gain = 0.0, share = 0.0;
   double error = 0.0;  ///< standard error of the gain if the effect is there
@@ -56,8 +56,8 @@ double chance(double gain, int parameters, const HeldoutGain& heldout, int tries
 /// Share of block resamples in which the first one's held-out sum exceeds the second's.
 double stability(std::span<const double> first, std::span<const double> second, std::uint64_t seed);
 
-/// Chance that noise alone has `ratio` times its usual energy over n effective samples: chi-square by the cube-root normal
-/// approximation, which holds for any n (Wilson and Hilferty, PNAS 17, 1931).
+/// Chance that noise alone has `ratio` times its usual energy over n effective samples: chi-square by the cube-root
+/// normal approximation, which holds for any n (Wilson and Hilferty, PNAS 17, 1931).
 double chance_of_energy(double ratio, double n);
 
 /// Joints whose residual exceeds the noise beyond chance: variance against noise with the effective sample size,

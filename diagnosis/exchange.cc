@@ -38,8 +38,8 @@ struct Seen {
   double energy() const { return train.squaredNorm() + validate.squaredNorm(); }
 };
 
-/// Log-likelihood that `other` is worth over `standing`, negative where it is worse, at the effective samples of the better
-/// of the two, less Schwarz's penalty for each of its `parameters` more.
+/// Log-likelihood that `other` is worth over `standing`, negative where it is worse, at the effective samples of the
+/// better of the two, less Schwarz's penalty for each of its `parameters` more.
 double evidence_of(const Seen& standing, const Seen& other, double parameters, const CurrentModel& current,
                    const Experiment& experiment, const SimulatorOptions& options) {
   const Problem problem(current.model, experiment, current.space, options, current.weights);

@@ -27,8 +27,8 @@ double size_of(const Axis& axis, const Parameter& p, const PlantModel& model, co
   return std::min(along, axis.upper - axis.lower);
 }
 
-/// An own number driven to the end of its range, as seen at its typical size. Optional ones and those of every joint may
-/// stand there; all but the leading one may stand at an end at or beyond which their neutral value lies.
+/// An own number driven to the end of its range, as seen at its typical size. Optional ones and those of every joint
+/// may stand there; all but the leading one may stand at an end at or beyond which their neutral value lies.
 bool at_end(const Tried& tried, const Experiment& experiment) {
   const PlantModel& model = tried.model.model;
   const auto& axes = tried.model.space.axes();

@@ -40,9 +40,9 @@ class Judge {
   /// Re-identified from where that look stood; kept if that is the better end.
   void refit_from_first_look(Tried& tried);
 
-  /// Least squares to the end: first with the present weights, then with those of what it leaves, since a joint that the
-  /// candidate brings down to its noise decides by that noise how well it does. Returns whether it could: one that cannot
-  /// be simulated from where it stands is left as it is.
+  /// Least squares to the end: first with the present weights, then with those of what it leaves, since a joint that
+  /// the candidate brings down to its noise decides by that noise how well it does. Returns whether it could: one that
+  /// cannot be simulated from where it stands is left as it is.
   bool refit(Tried& tried);
   /// A re-identified candidate once more, from where it stands, at the step in use.
   void follow(Tried& tried);
@@ -60,11 +60,12 @@ class Judge {
   double step() const { return simulator_.max_step; }
   void set_step(double step) { simulator_.max_step = step; }
   double step_for(const Tried& tried) const;
-  /// By how much the evidence of a re-identified candidate might change at a finer step, nats: its integration error, as
-  /// halving the step in use shows it on the train recordings, could have worked wholly for it or wholly against it.
+  /// By how much the evidence of a re-identified candidate might change at a finer step, nats: its integration error,
+  /// as halving the step in use shows it on the train recordings, could have worked wholly for it or wholly against it.
   double doubt(const Tried& tried) const;
 
-  /// The same effect with its optional parameters free, re-identified from where it stands; nothing where none is fixed.
+  /// The same effect with its optional parameters free, re-identified from where it stands; nothing where none is
+  /// fixed.
   std::optional<Tried> freed(const Tried& tried);
   /// Special cases of `tried` or effects that it is a special case of, from where it stands; with optional shapes and
   /// without.

@@ -10,8 +10,8 @@
 namespace lacuna {
 namespace {
 
-/// From the starts that the catalogue gives towards neutral, which may be at infinity: a search that begins at the simpler
-/// effect begins near it.
+/// From the starts that the catalogue gives towards neutral, which may be at infinity: a search that begins at the
+/// simpler effect begins near it.
 constexpr std::array kFractions{1.0, 0.3, 0.1, 0.03, 0.01};
 
 std::set<std::pair<std::string, std::string>> numbers_of(const EffectInfo& info) {

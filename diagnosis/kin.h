@@ -12,9 +12,9 @@ namespace lacuna {
 /// Whether all numbers of one are found among those of the other, by name and unit; optional ones not counted.
 bool are_kin(const EffectInfo& one, const EffectInfo& other);
 
-/// `kin` at the place of `source`, whose re-identified model is `model`: numbers that both have are those found, and of a
-/// grid over the others the point that leaves least on the train recordings. With the optional ones at neutral; where the
-/// source has some of them free, with those free as well. What cannot be simulated is left out.
+/// `kin` at the place of `source`, whose re-identified model is `model`: numbers that both have are those found, and of
+/// a grid over the others the point that leaves least on the train recordings. With the optional ones at neutral; where
+/// the source has some of them free, with those free as well. What cannot be simulated is left out.
 std::vector<ScreenedEffect> kin_starts(const EffectInfo& kin, const ScreenedEffect& source, const CurrentModel& model,
                                        const CurrentModel& current, const Experiment& experiment,
                                        const SimulatorOptions& options);

@@ -1,10 +1,10 @@
 // Where the plain model fails: the effort that would explain the residual, joint by joint.
 //
 // A disturbance at one joint shakes its neighbours, so the largest error of position is often at another joint than its
-// cause. The effort that the measured motion needs beyond what the model gives (inverse dynamics of the low-passed motion)
-// stands at the joint itself. What filter and held commands leave of a motion without any mismatch is taken off by doing
-// the same to the model's own free run. Noise: that of the positions, sent through the same computation, as slow as its
-// high-frequency content says (first order).
+// cause. The effort that the measured motion needs beyond what the model gives (inverse dynamics of the low-passed
+// motion) stands at the joint itself. What filter and held commands leave of a motion without any mismatch is taken off
+// by doing the same to the model's own free run. Noise: that of the positions, sent through the same computation, as
+// slow as its high-frequency content says (first order).
 #pragma once
 
 #include <string>
@@ -58,10 +58,10 @@ struct MissingEffort {
 constexpr double kLikely = 0.01;
 std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing);
 
-/// The joints whose positions are measured, largest share first; empty where inverse dynamics cannot be had: a commanded
-/// joint is not measured, the noise of a measured one is unknown, the clock is irregular, or the cutoff is beyond the
-/// sampling. Reads train and validate
-/// recordings. p-values are corrected (Bonferroni) for joints times regions, joints times quantities, joints times possible changes.
+/// The joints whose positions are measured, largest share first; empty where inverse dynamics cannot be had: a
+/// commanded joint is not measured, the noise of a measured one is unknown, the clock is irregular, or the cutoff is
+/// beyond the sampling. Reads train and validate recordings. p-values are corrected (Bonferroni) for joints times
+/// regions, joints times quantities, joints times possible changes.
 std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
                                            const SimulatorOptions& options, std::uint64_t seed);
 

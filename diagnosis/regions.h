@@ -10,8 +10,8 @@
 
 namespace lacuna {
 
-/// One entry per sample each. Speeds and accelerations are central differences of the measured position over +-5 samples;
-/// 0 where it is not measured.
+/// One entry per sample each. Speeds and accelerations are central differences of the measured position over +-5
+/// samples; 0 where it is not measured.
 struct JointStates {
   std::vector<double> t;               ///< s since the session began
   std::vector<double> q, v, a;         ///< rad or m; per s; per s^2

@@ -46,8 +46,8 @@ void refine_step(CurrentModel& current, const Experiment& experiment, SimulatorO
   refine(current, experiment, simulator, quiet, kRefinedIterations);
 }
 
-/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere, too, only if nothing is found
-/// there. `joints` empty: everywhere at once.
+/// One round: every effect at `joints`, where effort is missing, and on the arm; elsewhere, too, only if nothing is
+/// found there. `joints` empty: everywhere at once.
 Decision next_decision(const CurrentModel& current, const Experiment& experiment,
                        const std::vector<std::string>& joints, DecideOptions options, const Report& report) {
   const auto first = [&](const std::string& place) {
@@ -68,9 +68,9 @@ Decision next_decision(const CurrentModel& current, const Experiment& experiment
   return decide(current, experiment, std::move(screened), options);
 }
 
-/// Where the one kept could be two simpler effects at its joint: log-odds of the branch together with the best of all effects
-/// there, no more numbers than the one kept. The second is one of many that were tried, and costs their number; and two causes
-/// at one joint are beforehand less likely than one.
+/// Where the one kept could be two simpler effects at its joint: log-odds of the branch together with the best of all
+/// effects there, no more numbers than the one kept. The second is one of many that were tried, and costs their number;
+/// and two causes at one joint are beforehand less likely than one.
 double odds_of_pair(const Decision& decision, const Experiment& experiment, DecideOptions options) {
   if (!decision.branch || decision.branch->finding.place == "arm") return -HUGE_VAL;
   const CurrentModel& first = decision.branch->model;
@@ -192,9 +192,9 @@ bool Rounds::exchange_findings() {
   return true;
 }
 
-/// What was found before another effect that contains it may stand for what a third one does: an inertia found before its
-/// spring, for a lag beside that spring. It is taken out, its numbers go to the other, and one more round says what is
-/// missing then; that stands unless the evidence was better before. Whether anything was found anew.
+/// What was found before another effect that contains it may stand for what a third one does: an inertia found before
+/// its spring, for a lag beside that spring. It is taken out, its numbers go to the other, and one more round says what
+/// is missing then; that stands unless the evidence was better before. Whether anything was found anew.
 bool Rounds::find_anew() {
   for (std::size_t k = 0; k < out_.findings.size(); ++k) {
     const std::optional<std::size_t> heir = heir_of(k, out_.findings);

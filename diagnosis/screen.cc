@@ -56,7 +56,8 @@ class EffectScreen {
         problem_(model_, experiment, current.space, coarse.simulator, current.weights),
         base_(static_cast<Eigen::Index>(current.space.size())) {}
 
-  /// First look: every start with the optional parameters neutral, linearised. Keeps the most promising ones of a place.
+  /// First look: every start with the optional parameters neutral, linearised. Keeps the most promising ones of a
+  /// place.
   void look(const Projector& projector) {
     std::vector<Chain> starts;
     for (std::size_t k = 0; k < specs_.size(); ++k) add_starts(first_component() + static_cast<int>(k), false, starts);
@@ -178,8 +179,8 @@ class EffectScreen {
     return values;
   }
 
-  /// Brings every start's strength down until the effect changes the prediction by no more than what there is to explain
-  /// (plain parameters projected off): beyond that its linearisation says nothing.
+  /// Brings every start's strength down until the effect changes the prediction by no more than what there is to
+  /// explain (plain parameters projected off): beyond that its linearisation says nothing.
   void size_starts(const Projector& projector, std::vector<Chain>& chains) {
     const Eigen::VectorXd& plain = current_.fit.residual;
     const double target = projector.rest(plain).norm();

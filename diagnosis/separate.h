@@ -1,10 +1,10 @@
 // The next experiment: where the recordings do not separate the members of a class, the motion that would.
 //
-// Candidates are drawn courses of all commands (physics/course.h), weakened until the found model keeps to the limits of the
-// recordings. The found model's motion is what would be recorded; each rival is re-identified on it together with the train
-// recordings (linearised about its own fit). What it then still misses, in units of the noise, is what would speak against
-// it: half the squares are the log-likelihood to be expected. The motion whose hardest rival is easiest is proposed, after
-// a small evolution.
+// Candidates are drawn courses of all commands (physics/course.h), weakened until the found model keeps to the limits
+// of the recordings. The found model's motion is what would be recorded; each rival is re-identified on it together
+// with the train recordings (linearised about its own fit). What it then still misses, in units of the noise, is what
+// would speak against it: half the squares are the log-likelihood to be expected. The motion whose hardest rival is
+// easiest is proposed, after a small evolution.
 #pragma once
 
 #include "diagnosis/diagnosis.h"

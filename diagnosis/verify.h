@@ -6,8 +6,8 @@
 
 namespace lacuna {
 
-/// Fills `engines` (residual before and after on the test recordings, engine by engine, same parameters), `whiteness` and
-/// `traces`.
+/// Fills `engines` (residual before and after on the test recordings, engine by engine, same parameters), `whiteness`
+/// and `traces`.
 void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
             const SimulatorOptions& options, bool other_engines);
 

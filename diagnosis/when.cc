@@ -77,7 +77,8 @@ std::pair<Eigen::Index, double> farthest(const Eigen::Ref<const Eigen::VectorXd>
   return out;
 }
 
-/// x about its mean, or about those of up to four parts that differ most: what a change adds to the variance is no colour.
+/// x about its mean, or about those of up to four parts that differ most: what a change adds to the variance is no
+/// colour.
 void level(Eigen::Ref<Eigen::VectorXd> x, int splits = 2) {
   const Eigen::Index at = splits > 0 ? farthest(x).first : 0;
   if (at == 0) {

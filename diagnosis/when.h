@@ -1,5 +1,5 @@
-// When a residual is more than noise: windows of a second, each tested on its own, with the error of all tests controlled.
-// And when what is missing changes.
+// When a residual is more than noise: windows of a second, each tested on its own, with the error of all tests
+// controlled. And when what is missing changes.
 #pragma once
 
 #include <string>
@@ -34,9 +34,9 @@ struct PowerChange {
   double p_value = 1.0;              ///< of such a change in a signal of one power, corrected for all tests
 };
 /// Cumulated squares against a straight line, with their long-run variance, so that neither tails nor colour of the
-/// signal feign a change (Sanso, Arago and Carrion, Revista de Economia Financiera 4, 2004; the variance about up to four
-/// levels, which a change does not swell), by binary segmentation; in order. Powers that differ by less than half are not
-/// told apart. `signals`: how many are tested beside each other.
+/// signal feign a change (Sanso, Arago and Carrion, Revista de Economia Financiera 4, 2004; the variance about up to
+/// four levels, which a change does not swell), by binary segmentation; in order. Powers that differ by less than half
+/// are not told apart. `signals`: how many are tested beside each other.
 std::vector<PowerChange> power_changes(std::span<const double> signal, double signals);
 
 }  // namespace lacuna

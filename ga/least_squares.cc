@@ -28,7 +28,8 @@ class ResidualCost final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const std::vector<double> point(parameters[0], parameters[0] + problem_.space().size());
-    // Ceres knows no bounds here; beyond them a mass may be negative, which engines refuse. A failed trial shortens the step.
+    // Ceres knows no bounds here; beyond them a mass may be negative, which engines refuse. A failed trial shortens the
+    // step.
     for (std::size_t k = 0; k < point.size(); ++k) {
       const Axis& axis = problem_.space().axes()[k];
       if (!(point[k] >= axis.lower && point[k] <= axis.upper)) return false;
@@ -68,9 +69,9 @@ std::vector<double> within_bounds(const SearchSpace& space, std::vector<double> 
 
 /// Levenberg-Marquardt with projection: coordinates at a bound whose descent points outwards are held, the rest step
 /// freely and are cut at their bounds. (Ceres' own bounded search takes several times the simulations here: its line
-/// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after a
-/// step that did what it promised the old one is kept, with Broyden's rank-one update in the units of its columns, and
-/// only the end is checked with a new one. Trials of several dampings are lanes of one pass. Source: C. G. Broyden,
+/// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after
+/// a step that did what it promised the old one is kept, with Broyden's rank-one update in the units of its columns,
+/// and only the end is checked with a new one. Trials of several dampings are lanes of one pass. Source: C. G. Broyden,
 /// Math. Comp. 19 (1965).
 class ProjectedDescent {
  public:

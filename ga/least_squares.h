@@ -1,4 +1,5 @@
-// Nonlinear least squares within bounds: projected Levenberg-Marquardt, finished by Ceres; Jacobians by one population call.
+// Nonlinear least squares within bounds: projected Levenberg-Marquardt, finished by Ceres; Jacobians by one population
+// call.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,8 +31,9 @@ struct LeastSquaresResult {
 /// What brings each coordinate of a normal matrix J^T J to unit size; 0 for one without effect.
 Eigen::VectorXd column_scales(const Eigen::MatrixXd& normal);
 
-/// The step of Levenberg and Marquardt: (N + damping diag N) x = -gradient, N normal matrix. Each column is scaled by its
-/// own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without effect is left alone.
+/// The step of Levenberg and Marquardt: (N + damping diag N) x = -gradient, N normal matrix. Each column is scaled by
+/// its own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without effect is left
+/// alone.
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping);
 
 /// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated,
@@ -40,8 +42,8 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
                                        std::span<const int> segments, const LeastSquaresOptions& options = {});
 
 /// Samples' worth of independent information in a residual: sum over blocks of n / (1 + 2 sum of autocorrelations),
-/// summed up to the first non-positive pair (Geyer's initial positive sequence), each block about its own mean. At most the
-/// number of samples.
+/// summed up to the first non-positive pair (Geyer's initial positive sequence), each block about its own mean. At most
+/// the number of samples.
 double effective_samples(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks);
 
 /// What the data determine.

@@ -1,9 +1,10 @@
-// Starts of simulations are estimated from noisy readings. What their errors do to the predictions looks like a mismatch,
-// decays with the motion, and differs from segment to segment; it must not be taken for physics.
+// Starts of simulations are estimated from noisy readings. What their errors do to the predictions looks like a
+// mismatch, decays with the motion, and differs from segment to segment; it must not be taken for physics.
 //
-// To first order the prediction of a segment is off by A z, one column of A for each uncertain start coordinate, z standard
-// normal: random effects (Laird and Ware, Biometrics 38, 1982). The residual's covariance is W^2 + A A^T with W the weights,
-// and residuals are whitened by it: what the starts explain counts only as far as it exceeds their errors.
+// To first order the prediction of a segment is off by A z, one column of A for each uncertain start coordinate, z
+// standard normal: random effects (Laird and Ware, Biometrics 38, 1982). The residual's covariance is W^2 + A A^T with
+// W the weights, and residuals are whitened by it: what the starts explain counts only as far as it exceeds their
+// errors.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,15 +16,15 @@
 
 namespace lacuna {
 
-/// The columns of A that matter. Rows: the segment's residuals channel by channel, missing samples left out; channel units
-/// for one standard error.
+/// The columns of A that matter. Rows: the segment's residuals channel by channel, missing samples left out; channel
+/// units for one standard error.
 struct StartEffects {
   Eigen::MatrixXd columns;
 };
 
-/// Fills the segments' start_effects, at `values` of the model's parameters; null stay those whose start does less than a
-/// single parameter's worth, all where the prediction is inverse dynamics. Returns whether any start matters. Simulates
-/// every segment once for each position and each speed.
+/// Fills the segments' start_effects, at `values` of the model's parameters; null stay those whose start does less than
+/// a single parameter's worth, all where the prediction is inverse dynamics. Returns whether any start matters.
+/// Simulates every segment once for each position and each speed.
 bool attach_start_effects(Experiment& experiment, const PlantModel& model, const SimulatorOptions& options,
                           std::span<const double> values);
 

@@ -29,8 +29,8 @@ struct EffectInfo {
   const char* source;
   std::vector<ParameterInfo> parameters;
   bool per_recording = false;  ///< may act in some recordings only
-  /// The effect that is left of it where what is its own cannot be seen: of a spring too stiff to be followed, the inertia
-  /// behind it. Null: none.
+  /// The effect that is left of it where what is its own cannot be seen: of a spring too stiff to be followed, the
+  /// inertia behind it. Null: none.
   const char* contains = nullptr;
   bool hydraulic = false;  ///< its cause is a valve's or cylinder's: not sought where the effort itself is commanded
 };

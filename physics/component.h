@@ -4,9 +4,9 @@
 // T (`double` or a SIMD pack, backends/featherstone/scalar.h) and therefore branch-free: use select(), min(), max().
 // `p` points at the component's parameters in the order of its info, `s.z` at its own states, `s.m` at its memories.
 //
-// States have rates and are integrated with the motion. Memories are carried from step to step in closed form: what play,
-// bristles and first-order lags remember is known exactly, or to second order, at any instant within a step, however
-// short their time is beside it.
+// States have rates and are integrated with the motion. Memories are carried from step to step in closed form: what
+// play, bristles and first-order lags remember is known exactly, or to second order, at any instant within a step,
+// however short their time is beside it.
 #pragma once
 
 #include <cmath>
@@ -35,8 +35,8 @@ struct JointView {
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
-/// What optimisers see of a parameter: itself; its inverse, where the neutral value lies at infinity; its logarithm, where
-/// only its order of magnitude is clear beforehand and it must stay positive.
+/// What optimisers see of a parameter: itself; its inverse, where the neutral value lies at infinity; its logarithm,
+/// where only its order of magnitude is clear beforehand and it must stay positive.
 enum class Coordinate { linear, inverse, logarithm };
 
 inline double to_search(Coordinate coordinate, double value) {
@@ -111,11 +111,12 @@ struct Hooks {
   /// States at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
   void (*initial)(const T* p, const JointView<T>& s, const T& holding, T* out) = nullptr;
   int states = 0;
-  /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the start
-  /// of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
+  /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the
+  /// start of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
   /// Where s.step > 0 a memory that fades faster than the step is long may stand for its course over the step instead.
   void (*remember)(const T* p, const JointView<T>& s, const T& dt, const T* before, T* now) = nullptr;
-  /// Memories at the start of a simulation; `excess`, N m or N: what the drive gives beyond what keeps the joint in place.
+  /// Memories at the start of a simulation; `excess`, N m or N: what the drive gives beyond what keeps the joint in
+  /// place.
   void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;
   int memories = 0;
   bool loaded = false;  ///< dry_friction looks at s.load

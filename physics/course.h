@@ -1,5 +1,5 @@
-// Commands to move a plant by: courses made of coordinates in [0, 1], the limits they must keep to, and the commands as an
-// experiment.
+// Commands to move a plant by: courses made of coordinates in [0, 1], the limits they must keep to, and the commands as
+// an experiment.
 #pragma once
 
 #include <span>
@@ -15,8 +15,9 @@ enum class Shape { multisine, staircase, both };
 
 constexpr double kRestBefore = 0.5;  ///< s at zero command before anything moves
 
-/// One joint's command: a sum of sines spread over the band from one period in the whole motion to `hertz`, or stairs of
-/// drawn heights and lengths of at least half a period of `hertz`; `both`: stairs in the first half, sines in the second.
+/// One joint's command: a sum of sines spread over the band from one period in the whole motion to `hertz`, or stairs
+/// of drawn heights and lengths of at least half a period of `hertz`; `both`: stairs in the first half, sines in the
+/// second.
 class Courses {
  public:
   Courses(Shape shape, double seconds, double hertz) : shape_(shape), seconds_(seconds), hertz_(hertz) {}

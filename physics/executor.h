@@ -27,7 +27,8 @@ int default_threads();
 
 /// Computes one piece; `worker` in [0, workers()) names scratch of its own.
 using PieceWork = std::function<void(int worker, int piece)>;
-/// The memory, plain bytes, into which a piece writes all that is wanted of it. Its size must not depend on the results.
+/// The memory, plain bytes, into which a piece writes all that is wanted of it. Its size must not depend on the
+/// results.
 using PieceResults = std::function<std::vector<std::span<std::byte>>(int piece)>;
 
 class Executor {

@@ -179,8 +179,8 @@ void add_segments(const Scenario& scenario, int index, const Cut& piece, Experim
   }
 }
 
-/// s, by file: what must be added to its clock to get the session's time. Files are in the order of their first mention;
-/// clocks that go on from one file to the next are taken as they are.
+/// s, by file: what must be added to its clock to get the session's time. Files are in the order of their first
+/// mention; clocks that go on from one file to the next are taken as they are.
 std::map<std::string, double> session_offsets(const Scenario& scenario) {
   std::vector<std::pair<std::string, const std::vector<double>*>> clocks;
   for (const RecordingSpec& spec : scenario.recordings) {
@@ -234,7 +234,8 @@ void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Exper
 
 namespace {
 
-/// One local polynomial: its state at the middle, the error variance of that value, and whether it explains the samples.
+/// One local polynomial: its state at the middle, the error variance of that value, and whether it explains the
+/// samples.
 struct LocalFit {
   LocalState state;
   double variance = HUGE_VAL;

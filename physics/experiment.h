@@ -35,8 +35,8 @@ struct Segment {
   std::vector<std::vector<double>> measured;  ///< [channel][sample of the segment]; NaN where missing
   std::vector<double> q0, v0;                 ///< start of the simulation, from the measured positions
   std::vector<double> q0_error, v0_error;     ///< standard errors of these; 0 where the noise is unknown
-  /// s, from the session's start to time 0 of the track: recordings follow one another in the order of the scenario, each
-  /// when the one before has ended, unless their own clocks go on from file to file.
+  /// s, from the session's start to time 0 of the track: recordings follow one another in the order of the scenario,
+  /// each when the one before has ended, unless their own clocks go on from file to file.
   double session = 0.0;
   /// What the errors of the start do to the prediction (ga/start_effects.h); null: the start is taken as exact.
   std::shared_ptr<const StartEffects> start_effects = {};
@@ -66,8 +66,8 @@ bool share_clock(const Segment& one, const Segment& other);
 /// The commands of one loaded recording over its time range. Throws InputError where that is shorter than ten samples.
 std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec);
 
-/// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is shorter
-/// than ten samples or than the horizon.
+/// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is
+/// shorter than ten samples or than the horizon.
 Experiment make_experiment(const Scenario& scenario);
 
 /// Start of a piece of a signal: value and slope at time[at], by the widest local polynomial (constant, line, parabola)
@@ -80,8 +80,8 @@ struct LocalState {
 LocalState local_state(const std::vector<double>& time, const std::vector<double>& signal, std::size_t at,
                        std::size_t begin, std::size_t end, double noise);
 
-/// rms of the measuring noise from sixth differences: the median over blocks of the rms that a locally polynomial motion
-/// leaves. Upward biased for coarse sampling, downward for coloured noise, never by a model's misfit.
+/// rms of the measuring noise from sixth differences: the median over blocks of the rms that a locally polynomial
+/// motion leaves. Upward biased for coarse sampling, downward for coloured noise, never by a model's misfit.
 double noise_from_differences(const std::vector<double>& time, const std::vector<double>& signal);
 
 }  // namespace lacuna

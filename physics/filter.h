@@ -55,8 +55,8 @@ class ZeroPhaseLowPass {
   std::size_t pad_;
 };
 
-/// Samples at which a signal is kept after low-pass filtering: those at least half a cycle of the cutoff from the ends, half
-/// a cycle apart.
+/// Samples at which a signal is kept after low-pass filtering: those at least half a cycle of the cutoff from the ends,
+/// half a cycle apart.
 struct Thinning {
   Thinning(double cutoff, double rate)
       : edge(static_cast<std::size_t>(0.5 * rate / cutoff) + 1),

@@ -2,11 +2,12 @@
 //
 // On springs the dynamics is that of PlantModel::moving_robot(): two joints under the arm's own turn its base about the
 // base frame's x, then about the turned y. What they are is carried as four states of the plant: both tilts, rad, then
-// their rates, rad/s. With M(q) the inertia of all joints and h the efforts that gravity and motion ask for, the base obeys
+// their rates, rad/s. With M(q) the inertia of all joints and h the efforts that gravity and motion ask for, the base
+// obeys
 //   (M (a_base, a) + h)_base + I a_base = -k tilt - c tilt'.
 // Nothing faster than the steps can follow is resolved: I is raised smoothly until the springs' own motion takes that
-// long, and that share is damped critically, so that ever stiffer springs end in a base that stands still. A k of infinity
-// holds the base exactly, lane by lane.
+// long, and that share is damped critically, so that ever stiffer springs end in a base that stands still. A k of
+// infinity holds the base exactly, lane by lane.
 #pragma once
 
 #include <algorithm>
@@ -37,8 +38,8 @@ class Foundation {
   void set_armature(int joint, int k, double inertia) { dynamics_.set_armature(below() + joint, k, inertia); }
   void set_gravity(int k, const Eigen::Vector3d& gravity) { dynamics_.set_gravity(k, gravity); }
 
-  /// Sets the springs up for motions no faster than `resolved` (s; 0: any), and `z` to the tilts at which they carry the
-  /// arm at rest at q.
+  /// Sets the springs up for motions no faster than `resolved` (s; 0: any), and `z` to the tilts at which they carry
+  /// the arm at rest at q.
   void begin(const BaseSpring<T>& spring, const T& resolved, const T* q, T* z) {
     if (under_ == 0) return;
     moves_ = select(T(1.0) / spring.k > T(0.0), T(1.0), T(0.0));
@@ -80,8 +81,9 @@ class Foundation {
     std::copy_n(imbalance_.begin() + below(), n_, imbalance);
   }
 
-  /// Efforts that hold the arm's joints still at q, the base tilted by z (null: not at all). Where not null, `z_off` takes
-  /// what of the base's states is not at rest: rates, then efforts (of a base that is held, the states themselves).
+  /// Efforts that hold the arm's joints still at q, the base tilted by z (null: not at all). Where not null, `z_off`
+  /// takes what of the base's states is not at rest: rates, then efforts (of a base that is held, the states
+  /// themselves).
   void holding_efforts(const T* q, const T* z, T* holding, T* z_off) {
     if (under_ == 0) {
       const std::vector<T>& still = a_;  // zero: written by forward_dynamics on springs only
@@ -138,7 +140,8 @@ class Foundation {
     }
   }
 
-  /// Inertia, kg m^2, that the base shows at q while every joint of the arm may give way; of the axis that has least of it.
+  /// Inertia, kg m^2, that the base shows at q while every joint of the arm may give way; of the axis that has least of
+  /// it.
   T lightest(const T* q) {
     place(q, nullptr);
     std::fill(v_.begin(), v_.end(), T(0.0));

@@ -1,7 +1,8 @@
 // A plant ready to run: actuators and effects around a rigid-body dynamics, over one scalar type.
 //
-// `Dyn` gives set_inertial(body, lane, Inertial), set_armature(joint, lane, value), set_gravity(lane, g), forward_dynamics(q, v, tau, free, a, imbalance)
-// and inverse_dynamics(q, v, a, tau): Tree<T> (Featherstone, any lanes) or EngineDynamics (any engine, one lane).
+// `Dyn` gives set_inertial(body, lane, Inertial), set_armature(joint, lane, value), set_gravity(lane, g),
+// forward_dynamics(q, v, tau, free, a, imbalance) and inverse_dynamics(q, v, a, tau): Tree<T> (Featherstone, any lanes)
+// or EngineDynamics (any engine, one lane).
 #pragma once
 
 #include <algorithm>
@@ -100,8 +101,8 @@ class Plant {
   /// Efforts for the motion (q, v, a), the base still.
   void inverse_dynamics(const T* q, const T* v, const T* a, T* tau) { foundation_.inverse_dynamics(q, v, a, tau); }
 
-  /// Smooth effort on joint j at `now`; `u` the command that has arrived. `z` all states, `m` all memories at the start of
-  /// the step; where not null, `z_rate` takes the states' rates and `m_now` the memories of joint j at this instant.
+  /// Smooth effort on joint j at `now`; `u` the command that has arrived. `z` all states, `m` all memories at the start
+  /// of the step; where not null, `z_rate` takes the states' rates and `m_now` the memories of joint j at this instant.
   T effort(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m, T* z_rate,
            T* m_now) {
     JointView<T> s = view(joint(j), now, q, v, u);

@@ -57,8 +57,8 @@ class PlantModel {
   const std::shared_ptr<const Robot>& robot_ptr() const { return robot_; }
   const Eigen::Vector3d& gravity() const { return gravity_; }
   int dof() const { return robot_->dof(); }
-  /// What the engines simulate: the robot, or where an effect sets it on springs, with two joints under its base that turn
-  /// it about x and y; they come first.
+  /// What the engines simulate: the robot, or where an effect sets it on springs, with two joints under its base that
+  /// turn it about x and y; they come first.
   const std::shared_ptr<const Robot>& moving_robot() const { return moving_robot_; }
   bool on_springs() const { return moving_robot_ != robot_; }
 

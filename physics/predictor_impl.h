@@ -9,8 +9,8 @@
 
 namespace lacuna {
 
-/// The effort x = f(x) of a joint whose friction depends on it, from x = 0. f is a line on each side of a turn in the load,
-/// where Steffensen's step is exact: two find the side and the point; the third is for a turn met on the way.
+/// The effort x = f(x) of a joint whose friction depends on it, from x = 0. f is a line on each side of a turn in the
+/// load, where Steffensen's step is exact: two find the side and the point; the third is for a turn met on the way.
 template <class T, class Function>
 T fixed_point(const Function& f) {
   constexpr int kSteps = 3;

@@ -1,8 +1,8 @@
 // The ranks of one job (`mpirun -n N lacuna ...`): processes that run the same program on the same input.
 //
 // Every rank takes every decision itself, from the same bits. What is shared is the work between decisions: each rank
-// computes some pieces, then all meet and hand each other the results (executor.h). A meeting also tells who was asked to
-// stop, who failed and who works on something else, so that all go on, or all end, at the same place. Only the first
+// computes some pieces, then all meet and hand each other the results (executor.h). A meeting also tells who was asked
+// to stop, who failed and who works on something else, so that all go on, or all end, at the same place. Only the first
 // rank writes, prints and shows progress.
 #pragma once
 
@@ -29,9 +29,9 @@ class RankTransport {
   /// Ranks on this machine, this one included.
   virtual int neighbours() const = 0;
   virtual std::string host() const = 0;
-  /// The bytes of all ranks, one after the other; bytes[r] is how many rank r brings. Every rank must call it. Waits for
-  /// the others as long as `patient` says so; false if it gave up, after which nothing more may be called.
-  /// Throws WorkError where the connection fails.
+  /// The bytes of all ranks, one after the other; bytes[r] is how many rank r brings. Every rank must call it. Waits
+  /// for the others as long as `patient` says so; false if it gave up, after which nothing more may be called. Throws
+  /// WorkError where the connection fails.
   virtual bool gather(std::span<const std::byte> mine, std::span<const std::size_t> bytes, std::span<std::byte> all,
                       const std::function<bool()>& patient) = 0;
   /// The regular end, every rank's last call.
@@ -67,9 +67,9 @@ class Ranks {
   /// A meeting, the first: `identity` is what must be alike on all ranks for equal bits (program, instruction set), in
   /// words. Throws RanksParted where it is not.
   void agree_on(const std::string& identity);
-  /// A meeting: what every rank brings, by rank; bytes[r] of rank r, known to all. With a `failure` on any rank all throw
-  /// the lowest rank's, as std::invalid_argument (bad input) or WorkError. Throws Interrupted if any rank was asked to
-  /// stop, RanksParted where the keys differ or a rank has left.
+  /// A meeting: what every rank brings, by rank; bytes[r] of rank r, known to all. With a `failure` on any rank all
+  /// throw the lowest rank's, as std::invalid_argument (bad input) or WorkError. Throws Interrupted if any rank was
+  /// asked to stop, RanksParted where the keys differ or a rank has left.
   std::vector<std::vector<std::byte>> share(std::uint64_t key, const std::exception_ptr& failure,
                                             std::span<const std::byte> mine, std::span<const std::size_t> bytes);
   /// The same for what is as long as it comes out. Two meetings.
@@ -79,8 +79,8 @@ class Ranks {
 
   /// The last meeting: what all ranks end with. Ranks that have parted, or do not answer, are not waited for.
   Ending part(Ending mine);
-  /// The regular end of the transport, after all has been said. False where others were given up: what would wait for them
-  /// when the process ends must be passed by.
+  /// The regular end of the transport, after all has been said. False where others were given up: what would wait for
+  /// them when the process ends must be passed by.
   bool leave();
 
  private:

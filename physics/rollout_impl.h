@@ -194,7 +194,8 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
         plant_.effort(joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
       }
       breakaway_[j] = plant_.dry_friction(joint, now, x_[j], T(0.0), u_[j]);
-      // Without friction the joint is as free as in the plain model; with friction it is held while it has no direction.
+      // Without friction the joint is as free as in the plain model; with friction it is held while it has no
+      // direction.
       const Mask<T> frictional = breakaway_[j] > T(0.0);
       const Mask<T> lost = frictional && (direction_[j] == T(0.0)) && (x_[n_ + j] != T(0.0));
       direction_[j] = select(frictional, select(lost, sign(x_[n_ + j]), direction_[j]), T(0.0));
@@ -258,7 +259,8 @@ T zero_crossing(const T& p0, const T& p1, const T& p2, const T& p3) {
   return s;
 }
 
-/// Where in the step a sliding joint comes to rest: zero of the cubic through its speeds and accelerations at both ends.
+/// Where in the step a sliding joint comes to rest: zero of the cubic through its speeds and accelerations at both
+/// ends.
 template <class T, class Dyn>
 T Rollout<T, Dyn>::reversal(std::size_t j, const T& h) const {
   const T v0 = x_[n_ + j], v1 = next_[n_ + j], d = direction_[j];
@@ -269,7 +271,8 @@ T Rollout<T, Dyn>::reversal(std::size_t j, const T& h) const {
   return select(reverses, s, T(2.0));
 }
 
-/// Where in the step the effort on a held joint passes the break-away effort: on the parabola through start, middle, end.
+/// Where in the step the effort on a held joint passes the break-away effort: on the parabola through start, middle,
+/// end.
 template <class T, class Dyn>
 T Rollout<T, Dyn>::release(std::size_t j) const {
   const T b = breakaway_[j];
@@ -294,7 +297,8 @@ T Rollout<T, Dyn>::first_event(const T& h, std::vector<T>& fraction) const {
   return first;
 }
 
-/// After the step was cut at the first event: joints that came to rest there lose their direction, released ones gain one.
+/// After the step was cut at the first event: joints that came to rest there lose their direction, released ones gain
+/// one.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::settle_events(const T& first, const std::vector<T>& fraction) {
   for (std::size_t j = 0; j < n_; ++j) {

@@ -67,8 +67,8 @@ class PopulationSimulator final : public Simulator {
     int individual, segment;
   };
 
-  /// One pack of pairs for each piece of work: full ones of one segment each; what is left over of segments on one clock
-  /// goes together.
+  /// One pack of pairs for each piece of work: full ones of one segment each; what is left over of segments on one
+  /// clock goes together.
   std::vector<std::vector<Pair>> packs_of(int count, std::span<const int> segments) const {
     const int width = lanes();
     std::vector<std::vector<Pair>> out, open;  // open: the last one on a clock, not full yet

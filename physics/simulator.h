@@ -39,12 +39,12 @@ class Simulator {
  public:
   virtual ~Simulator() = default;
 
-  /// Calls `visit` once for every pair, from worker threads, pairs in any order. A diverged simulation holds NaN or inf.
-  /// Every rank makes all simulations itself.
+  /// Calls `visit` once for every pair, from worker threads, pairs in any order. A diverged simulation holds NaN or
+  /// inf. Every rank makes all simulations itself.
   virtual void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
                    const PredictionVisitor& visit) = 0;
-  /// The same shared among ranks: `visit` is called for a pair on one of them, writes into result(pair) and nowhere else;
-  /// on return all results stand there on every rank.
+  /// The same shared among ranks: `visit` is called for a pair on one of them, writes into result(pair) and nowhere
+  /// else; on return all results stand there on every rank.
   virtual void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
                    const PredictionVisitor& visit, const PairResult& result) = 0;
   /// How many parameter vectors share one pass: batches that are multiples of this waste nothing.

@@ -116,8 +116,8 @@ class TruthRun {
                           memory_.data());
   }
 
-  /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then the
-  /// rates of the states. The speeds in x are 0.
+  /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then
+  /// the rates of the states. The speeds in x are 0.
   Eigen::VectorXd unbalanced(const State& x) {
     const State zero(n_, T(0.0));
     State holding(n_), rates(x.size(), T(0.0));

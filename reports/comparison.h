@@ -20,8 +20,8 @@ struct Recommendation {
   std::vector<std::pair<std::string, double>> figures;  ///< per engine; NaN: not measured, or never reached
   std::string remark;
 };
-/// Figures over several scenarios are medians (times, memory) or the worst (errors, drifts) of those that all engines in
-/// the verdict could run.
+/// Figures over several scenarios are medians (times, memory) or the worst (errors, drifts) of those that all engines
+/// in the verdict could run.
 std::vector<Recommendation> recommendations(const Comparison& comparison);
 
 /// One figure that differs from an older comparison by more than its noise.
@@ -37,9 +37,9 @@ struct Baseline {
   std::vector<Change> changes;
   bool empty() const { return file.empty(); }
 };
-/// Timings count in units of Featherstone's evaluation in the same run, so that a busier or slower machine is no change;
-/// beyond noise is what exceeds three times both runs' quartile spread and 10 %. Errors and drifts count where they
-/// change by over 10 % and exceed rounding. Throws InputError for text that is no compare.json.
+/// Timings count in units of Featherstone's evaluation in the same run, so that a busier or slower machine is no
+/// change; beyond noise is what exceeds three times both runs' quartile spread and 10 %. Errors and drifts count where
+/// they change by over 10 % and exceed rounding. Throws InputError for text that is no compare.json.
 Baseline changes_since(const std::string& old_json, const std::string& file, const Comparison& now);
 
 /// format lacuna-compare/1. `engines` has one record each with the worst errors and median times over all scenarios;

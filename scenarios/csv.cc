@@ -275,7 +275,8 @@ class CsvParser {
     return read_odd_field(at, end, column, value);
   }
 
-  /// Everything that is no plain number: a number beyond the range of a double, a number cut with the file, or an error.
+  /// Everything that is no plain number: a number beyond the range of a double, a number cut with the file, or an
+  /// error.
   const char* read_odd_field(const char* at, const char* end, std::size_t column, double& value) {
     const char* next = std::find(at, end, ',');
     const std::string_view field = trimmed({at, static_cast<std::size_t>(next - at)});

@@ -7,8 +7,8 @@
 
 namespace lacuna {
 
-/// Throws InputError unless `file` is a regular file (after symlinks) of at most `max_bytes`. `shown` names it in messages,
-/// `what` says what was expected there ("a scenario file"). Devices and pipes are refused unopened.
+/// Throws InputError unless `file` is a regular file (after symlinks) of at most `max_bytes`. `shown` names it in
+/// messages, `what` says what was expected there ("a scenario file"). Devices and pipes are refused unopened.
 std::uintmax_t check_regular_file(const std::filesystem::path& file, const std::string& shown, const std::string& what,
                                   std::uintmax_t max_bytes);
 

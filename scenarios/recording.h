@@ -28,9 +28,9 @@ struct RecordingLimits {
   std::size_t line_bytes = 1 << 20;
 };
 
-/// Loads `.csv` (header line, comma separated) or `.mat` (v5, v7: numeric vectors of one length, or one struct of them).
-/// A short or empty field is a missing value (NaN, counted). Text that is no number is an InputError with file, line, column.
-/// Infinite values are an InputError. Reads at least a million rows a second.
+/// Loads `.csv` (header line, comma separated) or `.mat` (v5, v7: numeric vectors of one length, or one struct of
+/// them). A short or empty field is a missing value (NaN, counted). Text that is no number is an InputError with file,
+/// line, column. Infinite values are an InputError. Reads at least a million rows a second.
 std::shared_ptr<const Recording> load_recording(const std::filesystem::path& file, const std::string& shown_name,
                                                 const RecordingLimits& limits = {});
 

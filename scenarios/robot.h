@@ -74,7 +74,8 @@ class Robot {
   Robot(std::string name, std::vector<Joint> joints, std::vector<Link> links, const std::string& source);
 
   /// Reads a URDF through urdfdom. Revolute, continuous, prismatic and fixed joints; trees with one root; rotated
-  /// inertial frames. At most 16 MiB, 1,000 links. Throws InputError. `notes` receives what was ignored (meshes, mimic, ...).
+  /// inertial frames. At most 16 MiB, 1,000 links. Throws InputError. `notes` receives what was ignored (meshes, mimic,
+  /// ...).
   static std::shared_ptr<const Robot> from_urdf(const std::filesystem::path& file,
                                                 std::vector<std::string>* notes = nullptr);
   static std::shared_ptr<const Robot> from_urdf_text(const std::string& xml, const std::string& source,

@@ -85,7 +85,8 @@ struct InverseDynamics {
 using Prediction = std::variant<FreeRun, Windows, InverseDynamics>;
 
 /// What `lacuna compare` moves where no recording says so, or in its place:
-/// `{duration: 5, position: {shoulder: 2.0}, velocity: {elbow: 1.0}, commands: steps.csv, pickup: {mass: 8, time: 1.5}}`.
+/// `{duration: 5, position: {shoulder: 2.0}, velocity: {elbow: 1.0}, commands: steps.csv, pickup: {mass: 8,
+/// time: 1.5}}`.
 struct MotionSpec {
   std::optional<double> duration;          ///< s
   std::map<std::string, double> position;  ///< rad (m) at the start, by joint; others 0
@@ -122,14 +123,14 @@ struct ScenarioOptions {
   bool load_recordings = true;  ///< off: recordings' `data` stay empty (render, export, engines)
 };
 
-/// Loads and checks everything; throws InputError. Unknown or duplicate keys, wrong types, unknown joints, links or columns,
-/// missing files, paths that leave the scenario's folder tree (except `robot`; symlinks resolved), NaN or missing time or
-/// command inside [from, to], time that does not increase, positions missing altogether: all are errors.
-/// With `sample_period`, clocks that differ from it by over 1 % are an error.
+/// Loads and checks everything; throws InputError. Unknown or duplicate keys, wrong types, unknown joints, links or
+/// columns, missing files, paths that leave the scenario's folder tree (except `robot`; symlinks resolved), NaN or
+/// missing time or command inside [from, to], time that does not increase, positions missing altogether: all are
+/// errors. With `sample_period`, clocks that differ from it by over 1 % are an error.
 Scenario load_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
 
-/// Writes a scenario that loads to the same values (used for `scenario.diagnosed.yaml`). Paths are rewritten relative to
-/// the new file's folder. Throws WorkError when it cannot be written.
+/// Writes a scenario that loads to the same values (used for `scenario.diagnosed.yaml`). Paths are rewritten relative
+/// to the new file's folder. Throws WorkError when it cannot be written.
 void save_scenario(const Scenario& scenario, const std::filesystem::path& file);
 
 /// URDF text of the robot with `link_masses` (kg, one per link) put in; inertias scale with mass.

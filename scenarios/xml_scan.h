@@ -22,8 +22,8 @@ struct XmlElement {
 inline constexpr int kXmlMaxDepth = 64;
 inline constexpr std::size_t kXmlMaxElements = 200'000;
 
-/// Elements in the order written, the root first. Refuses DOCTYPE (entities could multiply), text that is no UTF-8, tags
-/// that do not match, attributes given twice. Throws InputError with `source` and line.
+/// Elements in the order written, the root first. Refuses DOCTYPE (entities could multiply), text that is no UTF-8,
+/// tags that do not match, attributes given twice. Throws InputError with `source` and line.
 std::vector<XmlElement> scan_xml(const std::string& text, const std::string& source);
 
 }  // namespace lacuna

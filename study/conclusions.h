@@ -1,8 +1,8 @@
 // The paper's figures, cited, and its conclusions, judged by what the repeated runs show.
 //
-// A comparison of two settings holds when the runs' rank-sum test is below 5 % (two-sided) and the medians lie as the paper
-// says, does not when it is below 5 % and they lie the other way round, and cannot be told otherwise. The rule of every
-// other claim is stated in its `rule`.
+// A comparison of two settings holds when the runs' rank-sum test is below 5 % (two-sided) and the medians lie as the
+// paper says, does not when it is below 5 % and they lie the other way round, and cannot be told otherwise. The rule of
+// every other claim is stated in its `rule`.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ Judgement compare_runs(std::span<const double> better, std::span<const double> w
 /// In the paper's order. Claims about parameters are left out where the truth is unknown (their figures are NaN).
 std::vector<Conclusion> judge(const GridRecord& grid, const std::string& unit, std::size_t parameters);
 
-/// What the paper prints, one run each. Source: "A genetic algorithm approach for parameter optimization of a 7DOF robotic
-/// manipulator", tables 1 to 5.
+/// What the paper prints, one run each. Source: "A genetic algorithm approach for parameter optimization of a 7DOF
+/// robotic manipulator", tables 1 to 5.
 namespace paper {
 
 inline constexpr std::array<const char*, 9> kParameters = {"joint_2.gain", "joint_2.damping", "joint_2.stiffness",

@@ -18,8 +18,8 @@ const char* to_string(Shape shape);
 /// Throws std::invalid_argument naming the known ones.
 Shape shape_from_name(const std::string& name);
 
-/// Limits of the recordings (physics/course.h). `command`, `reach`, `speed`: further limits of every joint (reach: distance
-/// from the start position); NaN: none.
+/// Limits of the recordings (physics/course.h). `command`, `reach`, `speed`: further limits of every joint (reach:
+/// distance from the start position); NaN: none.
 MotionLimits motion_limits(const Trial& trial, double command, double reach, double speed);
 
 struct DesignOptions {
@@ -51,8 +51,8 @@ struct DesignResult {
   std::vector<GenerationRecord> history;
 };
 
-/// Designs a motion at the scenario's present parameter values. Throws InputError where nothing is commanded or measured,
-/// WorkError where no motion keeps to the limits.
+/// Designs a motion at the scenario's present parameter values. Throws InputError where nothing is commanded or
+/// measured, WorkError where no motion keeps to the limits.
 DesignResult design_excitation(const Trial& trial, const MotionLimits& limits, const DesignOptions& options);
 
 }  // namespace lacuna

@@ -1,4 +1,5 @@
-// The paper's own experiments: one setting of the genetic algorithm changed at a time from its final ones (its table 4).
+// The paper's own experiments: one setting of the genetic algorithm changed at a time from its final ones (its table
+// 4).
 #pragma once
 
 #include <string>

@@ -50,8 +50,8 @@ Ellipse ellipse_of(const std::string& x_name, const std::string& x_unit, double 
   return out;
 }
 
-/// Covariance of the coordinates where each is known beforehand as well as its bounds say (uniform: width^2 / 12). Without
-/// that, what the data leave open but no bounds allow would blur what they determine.
+/// Covariance of the coordinates where each is known beforehand as well as its bounds say (uniform: width^2 / 12).
+/// Without that, what the data leave open but no bounds allow would blur what they determine.
 Eigen::MatrixXd covariance_within_bounds(const Trial& trial, const Eigen::MatrixXd& jacobian) {
   const Eigen::VectorXd deviation = bound_deviations(trial);
   const Eigen::MatrixXd scaled = jacobian * deviation.asDiagonal();

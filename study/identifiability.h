@@ -43,12 +43,13 @@ Eigen::VectorXd bound_deviations(const Trial& trial);
 /// Whitened sensitivities at a point of the box: one column per coordinate, zero where it moves nothing.
 Eigen::MatrixXd sensitivities(const Task& task, std::span<const double> point);
 
-/// What `task`'s train segments determine at `point`. `total_mass_known`: the sum of the searched masses is known to a gram.
+/// What `task`'s train segments determine at `point`. `total_mass_known`: the sum of the searched masses is known to a
+/// gram.
 Excitation assess(const Task& task, std::span<const double> point, const std::string& name, bool total_mass_known);
 
-/// Where the plant comes to rest under no command with these values (model's full vector), one position a joint: simulated
-/// until nothing moves. Joints whose position is not measured, and plants that do not come to rest, keep the start of the
-/// first train segment.
+/// Where the plant comes to rest under no command with these values (model's full vector), one position a joint:
+/// simulated until nothing moves. Joints whose position is not measured, and plants that do not come to rest, keep the
+/// start of the first train segment.
 std::vector<double> rest_position(const Trial& trial, std::span<const double> values);
 
 /// A step of every actuated joint after half a second, `volts` per joint.

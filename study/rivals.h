@@ -1,6 +1,6 @@
 // What the genetic algorithm is worth: every optimiser on the same problem with the same budget, success against budget
-// (data profiles: J. J. More, S. M. Wild, Benchmarking derivative-free optimization algorithms, SIAM J. Optim. 20, 2009),
-// and what follows from it.
+// (data profiles: J. J. More, S. M. Wild, Benchmarking derivative-free optimization algorithms, SIAM J. Optim. 20,
+// 2009), and what follows from it.
 #pragma once
 
 #include <string>

@@ -37,14 +37,15 @@ struct RobustnessRecord {
   bool planted = false;               ///< the truth is unknown: the data come from the best fit of the plan
 };
 
-/// Under 5 % outliers: does the infinity norm leave a larger error of the motion than the two-norm? Nothing without cells.
+/// Under 5 % outliers: does the infinity norm leave a larger error of the motion than the two-norm? Nothing without
+/// cells.
 std::optional<Conclusion> judge_outliers(const RobustnessRecord& record, const std::string& unit);
 
 /// Data made by another engine and the integrator of physics/truth.h, noise and faults drawn anew for every seed.
 class Robustness {
  public:
-  /// The trial must outlive it. Throws InputError where recordings cannot be simulated freely (inverse dynamics). Without a truth the data are those
-  /// of a plant planted where a multi-start least-squares search ends.
+  /// The trial must outlive it. Throws InputError where recordings cannot be simulated freely (inverse dynamics).
+  /// Without a truth the data are those of a plant planted where a multi-start least-squares search ends.
   Robustness(const Trial& trial, int seeds, std::uint64_t seed, int population, int generations, const StopFlag* stop);
 
   void plan(StudyRunner& runner) const;

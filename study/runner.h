@@ -1,4 +1,5 @@
-// Carries out a study's runs on all threads and ranks, keeps every finished one on disk, and takes up an interrupted study again.
+// Carries out a study's runs on all threads and ranks, keeps every finished one on disk, and takes up an interrupted
+// study again.
 #pragma once
 
 #include <filesystem>

@@ -14,9 +14,9 @@ struct Quartiles {
 /// number, NaN is left out; all NaN when nothing is left.
 Quartiles quartiles_of(std::span<const double> values);
 
-/// Two-sided p-value of the rank-sum test (Wilcoxon 1945; Mann and Whitney 1947): how likely ranks as uneven as these are
-/// if both samples come from one distribution. Exact for any ties, by counting the divisions of the pooled mid-ranks.
-/// 1 where a sample is empty.
+/// Two-sided p-value of the rank-sum test (Wilcoxon 1945; Mann and Whitney 1947): how likely ranks as uneven as these
+/// are if both samples come from one distribution. Exact for any ties, by counting the divisions of the pooled
+/// mid-ranks. 1 where a sample is empty.
 double rank_sum_p(std::span<const double> a, std::span<const double> b);
 
 }  // namespace lacuna

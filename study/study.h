@@ -1,8 +1,8 @@
-// The seed paper's experiments on its genetic algorithm, redone over many seeds, and what lies beyond them: what the data
-// determine at all, other optimisers on the same budget, bad data and bad bounds.
+// The seed paper's experiments on its genetic algorithm, redone over many seeds, and what lies beyond them: what the
+// data determine at all, other optimisers on the same budget, bad data and bad bounds.
 //
-// One file an experiment. Each plans its runs, which are then carried out together (runner.h), and sums them up in a plain
-// record. Claims are judged from the records by stated rules (conclusions.h), never by what the paper says.
+// One file an experiment. Each plans its runs, which are then carried out together (runner.h), and sums them up in a
+// plain record. Claims are judged from the records by stated rules (conclusions.h), never by what the paper says.
 #pragma once
 
 #include <string>

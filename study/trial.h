@@ -38,8 +38,8 @@ struct Trial {
   std::string output_unit;                   ///< "deg" or "mm" for a single position channel, else "times the noise"
 };
 
-/// `truth`: a scenario whose values are the true ones (never used but to score answers). Throws InputError where nothing
-/// is searched, no recording has role train, or the truth lacks a parameter or lies outside the bounds.
+/// `truth`: a scenario whose values are the true ones (never used but to score answers). Throws InputError where
+/// nothing is searched, no recording has role train, or the truth lacks a parameter or lies outside the bounds.
 Trial make_trial(const Scenario& scenario, const Scenario* truth);
 
 /// The scenario file beside the first train recording that holds its truth (`truth.yaml`), if there is one.

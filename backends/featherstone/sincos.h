@@ -1,9 +1,9 @@
 // Sine and cosine over any scalar type, without branches: one source for `double` and packs.
 //
 // The argument is reduced by multiples of pi/2 in three parts (W. J. Cody, W. Waite, Software Manual for the Elementary
-// Functions, 1980), its rounding carried along; the kernels are Taylor's series, whose rest is below 1e-18 within +-pi/4.
-// (A pack's abs() and select() are found by argument-dependent lookup.)
-// Within +-1e5 rad both are accurate to 2 ulp (tested). Beyond, a pack's accuracy fades, and NaN or infinity gives NaN.
+// Functions, 1980), its rounding carried along; the kernels are Taylor's series, whose rest is below 1e-18 within
+// +-pi/4. (A pack's abs() and select() are found by argument-dependent lookup.) Within +-1e5 rad both are accurate to 2
+// ulp (tested). Beyond, a pack's accuracy fades, and NaN or infinity gives NaN.
 #pragma once
 
 #include <bit>

@@ -2,8 +2,8 @@
 //
 // Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008: RNEA (table 5.1), CRBA (6.2), ABA (7.1), with spatial
 // vectors kept as two three-vectors. The frames of mount.h make motion subspaces unit vectors, U and D a column of the
-// articulated inertia, and every turn one about a coordinate axis. Linear accelerations are those of the frames' origins
-// as material points (Luh, Walker, Paul 1980), so that no linear velocity is needed.
+// articulated inertia, and every turn one about a coordinate axis. Linear accelerations are those of the frames'
+// origins as material points (Luh, Walker, Paul 1980), so that no linear velocity is needed.
 //
 // Structure (tree, placements) is shared by all lanes; mass properties and gravity may differ from lane to lane.
 // No allocation after construction. Not shared between threads.
@@ -35,7 +35,8 @@ class Tree {
 
   /// Mass properties of one lane, given in the body's URDF frame.
   void set_inertial(int body, int lane_index, const Inertial& inertial);
-  /// Inertia reflected to a joint by what turns with its motor, kg m^2 (kg): added to that joint's own acceleration only.
+  /// Inertia reflected to a joint by what turns with its motor, kg m^2 (kg): added to that joint's own acceleration
+  /// only.
   void set_armature(int joint, int lane_index, double inertia);
   void set_gravity(int lane_index, const Eigen::Vector3d& gravity);
 

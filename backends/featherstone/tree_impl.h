@@ -151,8 +151,8 @@ template <class T>
   body.kept = (T(1.0) - free) + body.armature * body.d_inv;
 }
 
-/// What the joint passes on of I, turned into the rest frame's axes; joint about z. Where it is free and has no armature
-/// nothing of U is kept: a row and a column of the inertia are zero.
+/// What the joint passes on of I, turned into the rest frame's axes; joint about z. Where it is free and has no
+/// armature nothing of U is kept: a row and a column of the inertia are zero.
 template <class T>
 [[gnu::always_inline]] inline void Tree<T>::reduce_revolute(const Body& body, Articulated<T>& I) const {
   const T &c = body.c, &s = body.s, x = body.d_inv * body.u_ang.x, y = body.d_inv * body.u_ang.y;

@@ -2,9 +2,9 @@
 //
 //   growth [--quick] [-o DIR]        (default: out/growth)
 //
-// Prints tables, writes growth.json and report.html. Times are CPU times of one thread, the least of several batches, taken
-// round by round over all sizes, so that a slow moment of the machine spoils no curve. An exponent is the slope of the
-// least-squares line through the logarithms, over the sizes from a tenth of the largest on.
+// Prints tables, writes growth.json and report.html. Times are CPU times of one thread, the least of several batches,
+// taken round by round over all sizes, so that a slow moment of the machine spoils no curve. An exponent is the slope
+// of the least-squares line through the logarithms, over the sizes from a tenth of the largest on.
 #include <fmt/format.h>
 
 #include <cstdlib>

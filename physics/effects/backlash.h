@@ -4,8 +4,9 @@
 
 namespace lacuna {
 
-/// Free travel between actuator and link. In contact the actuator's side pulls the link through a damped spring; in flight the
-/// link gets nothing, and that side crosses the gap against the actuator's own damper and spring. Neutral at gap = 0.
+/// Free travel between actuator and link. In contact the actuator's side pulls the link through a damped spring; in
+/// flight the link gets nothing, and that side crosses the gap against the actuator's own damper and spring. Neutral at
+/// gap = 0.
 struct Backlash : SideOfItsOwn<Backlash> {
   static EffectInfo info() {
     EffectInfo info{

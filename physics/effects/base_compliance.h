@@ -4,8 +4,8 @@
 
 namespace lacuna {
 
-/// The base stands on springs and tilts about its x and y under the arm's weight and motion (physics/foundation.h). Where
-/// motions are measured and efforts predicted it does nothing: nobody measured the base. Neutral at k = infinity.
+/// The base stands on springs and tilts about its x and y under the arm's weight and motion (physics/foundation.h).
+/// Where motions are measured and efforts predicted it does nothing: nobody measured the base. Neutral at k = infinity.
 struct BaseCompliance {
   static EffectInfo info() {
     return {

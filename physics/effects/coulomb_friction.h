@@ -4,8 +4,9 @@
 
 namespace lacuna {
 
-/// Dry friction of constant size. With v0 = 0 the sign is exact and the rollout finds the instants of sticking and breaking
-/// away; with v0 > 0 the contact creeps: friction builds up over speeds of about v0, as lubricated contacts do.
+/// Dry friction of constant size. With v0 = 0 the sign is exact and the rollout finds the instants of sticking and
+/// breaking away; with v0 > 0 the contact creeps: friction builds up over speeds of about v0, as lubricated contacts
+/// do.
 struct CoulombFriction {
   static EffectInfo info() {
     return {"coulomb_friction",

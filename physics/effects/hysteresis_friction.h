@@ -4,8 +4,8 @@
 
 namespace lacuna {
 
-/// Friction through bristles that bend before they slide (Dahl): a spring of sigma0 up to Fc. Depends on the path alone, so
-/// the bristles are carried exactly from position to position. Neutral at Fc = 0.
+/// Friction through bristles that bend before they slide (Dahl): a spring of sigma0 up to Fc. Depends on the path
+/// alone, so the bristles are carried exactly from position to position. Neutral at Fc = 0.
 struct HysteresisFriction {
   static EffectInfo info() {
     return {"hysteresis_friction",

@@ -4,8 +4,8 @@
 
 namespace lacuna {
 
-/// A spring between actuator and link. The actuator's side carries the actuator's own damper and spring: a load bends the
-/// joint by load/k, and a command arrives late by about D/k. Neutral at k = infinity.
+/// A spring between actuator and link. The actuator's side carries the actuator's own damper and spring: a load bends
+/// the joint by load/k, and a command arrives late by about D/k. Neutral at k = infinity.
 struct JointCompliance : SideOfItsOwn<JointCompliance> {
   static EffectInfo info() {
     EffectInfo info{"joint_compliance",

@@ -4,8 +4,8 @@
 
 namespace lacuna {
 
-/// Friction that grows with the load on the joint: what the drive gives but for its viscous part, which is lost before it
-/// loads anything. Neutral at mu = 0. v0 as in creep.h.
+/// Friction that grows with the load on the joint: what the drive gives but for its viscous part, which is lost before
+/// it loads anything. Neutral at mu = 0. v0 as in creep.h.
 struct LoadDependentFriction {
   static EffectInfo info() {
     return {"load_dependent_friction",

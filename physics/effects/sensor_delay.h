@@ -4,7 +4,8 @@
 
 namespace lacuna {
 
-/// A reading that comes late: cubic interpolation between samples; before the first one the reading stands. Neutral at 0.
+/// A reading that comes late: cubic interpolation between samples; before the first one the reading stands. Neutral at
+/// 0.
 struct SensorDelay {
   static EffectInfo info() {
     return {"sensor_delay",

@@ -4,7 +4,8 @@
 
 namespace lacuna {
 
-/// Dry friction that is larger at break-away than in motion. Neutral at Fc = Fs = 0; Fs = Fc is Coulomb friction. v0 as there.
+/// Dry friction that is larger at break-away than in motion. Neutral at Fc = Fs = 0; Fs = Fc is Coulomb friction. v0 as
+/// there.
 struct StribeckFriction {
   static EffectInfo info() {
     return {"stribeck_friction",

@@ -1,4 +1,5 @@
-// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on a reading too.
+// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on a reading
+// too.
 #pragma once
 
 #include "physics/effects/actuator_lag.h"

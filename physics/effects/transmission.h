@@ -1,5 +1,6 @@
-// Shared by what lies between actuator and link: a side of the actuator's own, of inertia J, that carries the actuator's
-// damper and spring and pulls the link through a spring k with its damper c, after free travel to both sides.
+// Shared by what lies between actuator and link: a side of the actuator's own, of inertia J, that carries the
+// actuator's damper and spring and pulls the link through a spring k with its damper c, after free travel to both
+// sides.
 #pragma once
 
 #include "physics/catalogue.h"
@@ -7,11 +8,10 @@
 namespace lacuna {
 
 /// With e the lead of that side over the link and tau0 the effort that the actuator would give at e = 0, e' = 0:
-/// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero between
-/// and where a surface would have to pull.
-/// Nothing faster than the steps can follow is resolved (s.resolved): J counts at least (D + c) times that, k at most J over
-/// its square (both smoothly, so that a search that strays there finds back). No stiffness upsets the rollout, and finer
-/// steps resolve more.
+/// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero
+/// between and where a surface would have to pull. Nothing faster than the steps can follow is resolved (s.resolved): J
+/// counts at least (D + c) times that, k at most J over its square (both smoothly, so that a search that strays there
+/// finds back). No stiffness upsets the rollout, and finer steps resolve more.
 template <class T>
 struct Transmission {
   T k, c, half, S, D, J;  ///< N m/rad, N m s/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, N s/m, m, N/m, N s/m, kg)
@@ -32,9 +32,9 @@ struct Transmission {
     return select(half > T(0.0), pushed, k * e + loss);
   }
 
-  /// The same where there is no free travel: what J was raised by and k lowered to leave no trace, so that a stiff spring
-  /// is an armature, and before a light side the plain model. The side's own damper and spring feel the whole lead, which
-  /// keeps its motion damped; what of that k itself would not let happen is given back.
+  /// The same where there is no free travel: what J was raised by and k lowered to leave no trace, so that a stiff
+  /// spring is an armature, and before a light side the plain model. The side's own damper and spring feel the whole
+  /// lead, which keeps its motion damped; what of that k itself would not let happen is given back.
   T carried(const T& tau0, const T& e, const T& rate) const {
     const T own = D * rate + S * e, give = bend * own;
     return share * (effort(e, rate) + own - give) + (T(1.0) - share) * (tau0 - give);
@@ -48,8 +48,8 @@ struct Transmission {
     return select(flies, free, surface + (tau0 - S * surface) / (k + S * give));
   }
 
-  /// theta'' at lead e and its rate. What lowering k lets a surface give way by, the side's own spring and damper do not
-  /// feel: a stiff contact carries its load as if k were what it is.
+  /// theta'' at lead e and its rate. What lowering k lets a surface give way by, the side's own spring and damper do
+  /// not feel: a stiff contact carries its load as if k were what it is.
   T acceleration(const T& tau0, const T& e, const T& rate) const {
     const T surface = max(min(e, half), T(0.0) - half);
     const T give = select((half > T(0.0)) && (abs(e) > half), bend, T(1.0));

@@ -1,5 +1,5 @@
-// Ranks over MPI. A library of its own (liblacuna_mpi.so), loaded by load.cc when a launcher started us as a rank: nobody
-// else needs MPI installed, let alone initialised.
+// Ranks over MPI. A library of its own (liblacuna_mpi.so), loaded by load.cc when a launcher started us as a rank:
+// nobody else needs MPI installed, let alone initialised.
 #include <mpi.h>
 
 #include <algorithm>

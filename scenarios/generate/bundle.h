@@ -35,8 +35,8 @@ std::shared_ptr<const Robot> skew_arm();
 
 /// URDF text with a comment at its head.
 std::string commented_urdf(const Robot& robot, const std::string& comment);
-/// CSV of one of the excitations (steps, multisine, staircase, triangle, chirp) or of one step at all joints ("step") or a
-/// slow ramp ("ramp"), for joints numbered from 1: columns t and u_N.
+/// CSV of one of the excitations (steps, multisine, staircase, triangle, chirp) or of one step at all joints ("step")
+/// or a slow ramp ("ramp"), for joints numbered from 1: columns t and u_N.
 std::string command_table(const std::string& course, const std::vector<int>& joints, int samples = 2000);
 
 /// The arm's actuators: K N m/V, D N m s/rad, S N m/rad, rest rad (joint_7: N/V, N s/m, N/m, m).

@@ -1,5 +1,6 @@
 // lacuna_generate_scenarios FOLDER          writes the bundled scenarios below FOLDER (scenarios/ of the source tree)
-// lacuna_generate_scenarios --check FOLDER  changes nothing; fails where a file there differs from what would be written
+// lacuna_generate_scenarios --check FOLDER  changes nothing; fails where a file there differs from what would be
+// written
 #include <exception>
 #include <filesystem>
 #include <fstream>

@@ -23,7 +23,8 @@ class Job : public testing::Test {
     const RanksInfo info = ranks_info();
     if (info.version.empty()) GTEST_SKIP() << info.reason;
     if (std::system("command -v mpirun >/dev/null") != 0) GTEST_SKIP() << "no mpirun in PATH (openmpi-bin)";
-    // Open MPI as it must be told in a container: run by root, more ranks than CPUs, no reading of a neighbour's memory.
+    // Open MPI as it must be told in a container: run by root, more ranks than CPUs, no reading of a neighbour's
+    // memory.
     for (const char* setting :
          {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe"})
       ::setenv(setting, "1", 1);

@@ -1,6 +1,6 @@
-// What `lacuna compare` measures, at small size, on every engine and every bundled scenario of comparison: the checks that
-// fail where an engine, its adapter or a common method is changed for the worse. A failure names engine, scenario, the
-// worst value and the instant.
+// What `lacuna compare` measures, at small size, on every engine and every bundled scenario of comparison: the checks
+// that fail where an engine, its adapter or a common method is changed for the worse. A failure names engine, scenario,
+// the worst value and the instant.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,13 +25,13 @@ constexpr double kPose = 1e-9;
 /// rad (m), common runs of two engines over a quarter of a second: accelerations that differ by rounding, spread by the
 /// motion's own sensitivity, e^2 or so in that time; stick and slip fall into the same steps.
 constexpr double kSameMotion = 1e-9;
-/// rad (m), a common run at a step of 1 ms against the referee: Kutta's error, h^4 times a fifth derivative of up to 1e5
-/// rad/s^5 (the spinning wrist, the stiff joint at 1,400 rad/s is held apart).
+/// rad (m), a common run at a step of 1 ms against the referee: Kutta's error, h^4 times a fifth derivative of up to
+/// 1e5 rad/s^5 (the spinning wrist, the stiff joint at 1,400 rad/s is held apart).
 constexpr double kTrajectory = 1e-6;
 /// The stiff joint swings at 770 rad/s: (w h)^5/120 a step, 250 steps, of 0.01 rad.
 constexpr double kStiffTrajectory = 2e-3;
-/// Of the largest kinetic energy in a quarter of a second of free motion, Kutta's steps of 1 ms: (w h)^5 with w up to 40
-/// rad/s.
+/// Of the largest kinetic energy in a quarter of a second of free motion, Kutta's steps of 1 ms: (w h)^5 with w up to
+/// 40 rad/s.
 constexpr double kDrift = 1e-6;
 constexpr double kSeconds = 0.25;
 constexpr int kStates = 40;

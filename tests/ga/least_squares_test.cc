@@ -253,7 +253,8 @@ TEST(Identifiability, OfAKnownMassIsFull) {
   }
 }
 TEST(Identify, StepsAsShortAsTheValuesFoundNeed) {
-  // Guessed with a third of its damping the pendulum is not stiff; as it is, 10 ms is beyond what Kutta's method stands.
+  // Guessed with a third of its damping the pendulum is not stiff; as it is, 10 ms is beyond what Kutta's method
+  // stands.
   constexpr double kDamping = 400.0, kNoise = 1e-3;  // N m s/rad, rad
   const Scenario truth = pendulum_scenario({1200.0, kDamping, 1600.0});
   Scenario scenario = pendulum_scenario({1200.0, kDamping / 3.0, 1600.0});

@@ -13,7 +13,8 @@ using namespace test;
 
 constexpr double kBaseStiffness = 900.0, kBaseInertia = 0.7, kBaseLoss = 3.0;  // N m/rad, kg m^2, N m s/rad
 const char* const kGround = "<link name='ground'/>";
-/// About either hinge the base weighs 0.7 kg m^2, and what the model's own hinges weigh: a thousandth of 6.5 kg at 1 cm.
+/// About either hinge the base weighs 0.7 kg m^2, and what the model's own hinges weigh: a thousandth of 6.5 kg at 1
+/// cm.
 const char* const kHingedBase = R"(<link name='ground'/>
   <link name='rolling'><inertial><mass value='0.0065'/><inertia ixx='0.35000065' iyy='0.35' izz='0.35' ixy='0' ixz='0' iyz='0'/></inertial></link>
   <link name='base'><inertial><mass value='0.0065'/><inertia ixx='0.35000065' iyy='0.70000065' izz='0.35000065' ixy='0' ixz='0' iyz='0'/></inertial></link>

@@ -96,7 +96,8 @@ TEST(Lanes, GiveTheSameAnswerInWhateverCompanyAnIndividualIsSimulated) {
 }
 
 TEST(Lanes, GiveTheSameAnswerWhicheverSegmentsShareThem) {
-  // Three recordings on one clock, each with commands, start, time in the session and friction of its own; one on another.
+  // Three recordings on one clock, each with commands, start, time in the session and friction of its own; one on
+  // another.
   Scenario scenario = arm(sine_drive(6, 1.0, 0.01, 4.0));
   for (const auto& [seconds, file] : {std::pair{1.0, "b.csv"}, {1.0, "c.csv"}, {0.7, "d.csv"}}) {
     const Drive drive = sine_drive(6, seconds, 0.01, 4.0, 2.0 * file[0]);

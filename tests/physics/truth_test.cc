@@ -12,7 +12,8 @@ namespace {
 using namespace test;
 
 constexpr double kFineStep = 2.5e-4;  // s, of the rollout
-// rad. Kinks (dead zones, stops, bristles) cost the rollout its order; what is left at this step lies far below any noise.
+// rad. Kinks (dead zones, stops, bristles) cost the rollout its order; what is left at this step lies far below any
+// noise.
 constexpr double kEngineAgreement = 1e-5;
 
 TruthOptions on_featherstone() {

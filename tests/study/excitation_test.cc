@@ -69,8 +69,8 @@ double geometric_mean(const std::vector<double>& values) {
   return std::exp(sum / static_cast<double>(values.size()));
 }
 
-/// Relative scatter of refits to data of the designed motion, made by another integrator (and engine, where there is one)
-/// with noise; one a parameter.
+/// Relative scatter of refits to data of the designed motion, made by another integrator (and engine, where there is
+/// one) with noise; one a parameter.
 std::vector<double> scatter_of(const Trial& trial, const Design& design, std::uint32_t number) {
   constexpr int kRepeats = 40;
   const Experiment experiment =
