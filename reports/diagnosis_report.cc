@@ -86,7 +86,7 @@ Html findings_table(const Diagnosis& d) {
           fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.place), probability(r.probability)));
     }
     table.row({element("strong", text(effect_title(f.effect))), text(place_words(f.place)), lines(parameters),
-               text(probability(f.probability)), lines(rivals), text(number(f.p_value, 2)),
+               text(probability(f.probability)), lines(rivals), text(chance_words(f.p_value)),
                text(with_error(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
   }
   return table.html();
@@ -148,7 +148,7 @@ Html misfits_table(const std::vector<Misfit>& misfits) {
   for (const Misfit& m : misfits) {
     table.row({text(m.recording), text(m.joint), text(fmt::format("{:.1f}", m.begin)),
                text(fmt::format("{:.1f}", m.end)), text(fmt::format("{:.2f}", m.ratio)),
-               text(fmt::format("{:.1g}", m.p_value))});
+               text(chance_words(m.p_value))});
   }
   return table.html() +
          paragraph(
@@ -243,10 +243,11 @@ Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
                {"p-value", true},
                {"outcome"}});
   for (const Candidate* c : order) {
-    table.row({text(effect_title(c->effect)), text(place_words(c->place)), text(std::to_string(c->parameters)),
-               text(number(c->train_gain, 4)), text(with_error(c->heldout_gain, c->heldout_error)),
-               text(percent(c->heldout_share)), text(number(c->p_value, 2)), text(c->note.empty() ? "kept" : c->note)},
-              is_finding(d, *c));
+    table.row(
+        {text(effect_title(c->effect)), text(place_words(c->place)), text(std::to_string(c->parameters)),
+         text(number(c->train_gain, 4)), text(with_error(c->heldout_gain, c->heldout_error)),
+         text(percent(c->heldout_share)), text(chance_words(c->p_value)), text(c->note.empty() ? "kept" : c->note)},
+        is_finding(d, *c));
   }
   return to_svg(chart) + details(fmt::format("All {} candidates", order.size()), table.html());
 }

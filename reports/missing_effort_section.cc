@@ -91,7 +91,7 @@ Html missing_effort_section(std::span<const MissingEffort> missing) {
                {"changes at"}});
   for (const MissingEffort& m : missing)
     table.row({element("code", text(m.joint)), text(number(m.rms, 3)), text(number(m.noise, 3)), text(percent(m.share)),
-               text(number(m.p_value, 2)), text(region_words(m)), text(follows_words(m)), text(change_words(m))},
+               text(chance_words(m.p_value)), text(region_words(m)), text(follows_words(m)), text(change_words(m))},
               beyond_noise(m) && m.share > 0.1);
   Html out = bars(missing);
   if (beyond_noise(missing.front())) out += course(missing.front());

@@ -43,8 +43,8 @@ Html whiteness_section(std::span<const Whiteness> joints, std::span<const std::s
   Html plots;
   for (const Whiteness& w : joints) {
     std::vector<Html> cells{element("code", text(w.joint))};
-    if (two) cells.insert(cells.end(), {text(number(w.before.front(), 2)), text(number(w.p_before, 2))});
-    cells.insert(cells.end(), {text(number(w.after.front(), 2)), text(number(w.p_after, 2))});
+    if (two) cells.insert(cells.end(), {text(number(w.before.front(), 2)), text(chance_words(w.p_before))});
+    cells.insert(cells.end(), {text(number(w.after.front(), 2)), text(chance_words(w.p_after))});
     table.row(cells);
     if (std::find(drawn.begin(), drawn.end(), w.joint) != drawn.end()) plots += plot(w, two);
   }

@@ -11,6 +11,7 @@ namespace lacuna {
 namespace {
 
 constexpr char kDash[] = "\u2013";
+constexpr double kLeastChance = 1e-12;  ///< below it no model of the noise says by how much
 
 /// Decimals that a half-width supports: one digit of it, two where it starts with 1 or 2.
 int decimals_for(double half_width) {
@@ -183,6 +184,11 @@ std::string probability(double value) {
   if (value > 0.995) return "above 0.99";
   if (value < 0.005) return "below 0.01";
   return fmt::format("{:.2f}", value);
+}
+
+std::string chance_words(double p_value) {
+  if (p_value < kLeastChance) return "below " + number(kLeastChance);
+  return number(p_value, 2);
 }
 
 std::string percent(double share) {

@@ -23,6 +23,8 @@ std::string value_of(const Estimate& estimate);
 std::string with_error(double value, double error);
 /// "0.98", "above 0.99", "below 0.01".
 std::string probability(double value);
+/// A p-value: "0.013", "2.5e-7", "below 1e-12" (no model of the noise is good enough to say by how much).
+std::string chance_words(double p_value);
 /// "93 %", a dash for what is not finite.
 std::string percent(double share);
 /// "12.3 s", "4 min 10 s".

@@ -50,6 +50,8 @@ TEST(Probability, NeverClaimsCertainty) {
   EXPECT_EQ(probability(1.0), "above 0.99");
   EXPECT_EQ(probability(0.98), "0.98");
   EXPECT_EQ(probability(0.0), "below 0.01");
+  EXPECT_EQ(chance_words(0.0126), "0.013");
+  EXPECT_EQ(chance_words(0.0), "below 1e-12");
 }
 
 TEST(Percent, NearlyAllIsNotAll) {
