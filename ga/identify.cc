@@ -197,8 +197,8 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
     if (!refine || options.step) break;
     // The plant may be stiffer as identified than as it was guessed.
     const StepChoice needed = choose_step(model, experiment, simulator, fit.values);
+    fit.step = {std::min(needed.step, simulator.max_step), needed.error_over_noise};
     if (!(needed.step < simulator.max_step)) break;
-    fit.step = needed;
     simulator.max_step = needed.step;
     problem.emplace(model, experiment, space, simulator, weights);
     start = fit.point;

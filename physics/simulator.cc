@@ -129,6 +129,50 @@ class PopulationSimulator final : public Simulator {
   std::vector<int> clock_;  ///< of each segment: the first one on the same clock
 };
 
+using Predictions = std::vector<std::vector<double>>;  // by segment: channel by channel
+
+Predictions predictions_at(double step, const PlantModel& model, const Experiment& experiment,
+                           const SimulatorOptions& options, std::span<const double> values,
+                           const std::vector<int>& segments) {
+  SimulatorOptions with = options;
+  with.max_step = step;
+  Predictions out(experiment.segments.size());
+  for (const int s : segments) {
+    const std::size_t at = static_cast<std::size_t>(s);
+    out[at].resize(experiment.channels.size() * experiment.segments[at].count);
+  }
+  const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
+  make_simulator(model, experiment, with)
+      ->run(
+          one, segments,
+          [&](int, int s, const auto& predicted) {
+            auto to = out[static_cast<std::size_t>(s)].begin();
+            for (const std::vector<double>& channel : predicted) to = std::copy(channel.begin(), channel.end(), to);
+          },
+          [&](int, int s) { return std::as_writable_bytes(std::span(out[static_cast<std::size_t>(s)])); });
+  return out;
+}
+
+/// rms of the difference over the channel's noise; of the segment and channel where that is largest.
+double largest_change(const Predictions& coarse, const Predictions& fine, const Experiment& experiment,
+                      const std::vector<int>& segments) {
+  double worst = 0.0;
+  for (const int s : segments) {
+    for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
+      const double noise = experiment.channels[c].noise;
+      if (!(noise > 0.0)) continue;
+      const std::size_t count = experiment.segments[static_cast<std::size_t>(s)].count;
+      const double* a = coarse[static_cast<std::size_t>(s)].data() + c * count;
+      const double* b = fine[static_cast<std::size_t>(s)].data() + c * count;
+      double sum = 0.0;
+      for (std::size_t k = 0; k < count; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+      const double change = std::sqrt(sum / static_cast<double>(count)) / noise;
+      worst = std::isfinite(change) ? std::max(worst, change) : HUGE_VAL;
+    }
+  }
+  return worst;
+}
+
 }  // namespace
 
 std::unique_ptr<Simulator> make_simulator(const PlantModel& model, const Experiment& experiment,
@@ -143,6 +187,7 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
   constexpr double kFinest = 1.0e-4;         // s
   constexpr std::size_t kMostSegments = 12;  // windows: a dozen, spread evenly
   constexpr double kShare = 0.1;             // of the noise, the project's rule
+  constexpr double kNoBetter = 2.0;          // error over the least one: no reason for ever shorter steps
   // Steps end at samples, so a step longer than the sampling period is none.
   const double coarsest = std::min(0.010, experiment.sample_period);
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {coarsest, 0.0};
@@ -150,48 +195,18 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
   const std::size_t all = experiment.segments.size(), every = (all + kMostSegments - 1) / kMostSegments;
   std::vector<int> segments;
   for (std::size_t s = 0; s < all; s += every) segments.push_back(static_cast<int>(s));
-  const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
-  auto predict = [&](double step) {
-    SimulatorOptions with = options;
-    with.max_step = step;
-    std::vector<std::vector<double>> out(experiment.segments.size());  // channel by channel
-    for (const int s : segments) {
-      const std::size_t at = static_cast<std::size_t>(s);
-      out[at].resize(experiment.channels.size() * experiment.segments[at].count);
-    }
-    make_simulator(model, experiment, with)
-        ->run(
-            one, segments,
-            [&](int, int s, const auto& predicted) {
-              auto to = out[static_cast<std::size_t>(s)].begin();
-              for (const std::vector<double>& channel : predicted) to = std::copy(channel.begin(), channel.end(), to);
-            },
-            [&](int, int s) { return std::as_writable_bytes(std::span(out[static_cast<std::size_t>(s)])); });
-    return out;
-  };
-  StepChoice choice{coarsest, HUGE_VAL};
-  auto coarse = predict(choice.step);
-  for (;;) {
-    const auto fine = predict(0.5 * choice.step);
-    double worst = 0.0;
-    for (const int s : segments) {
-      for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
-        const double noise = experiment.channels[c].noise;
-        if (!(noise > 0.0)) continue;
-        const std::size_t count = experiment.segments[static_cast<std::size_t>(s)].count;
-        const double* a = coarse[static_cast<std::size_t>(s)].data() + c * count;
-        const double* b = fine[static_cast<std::size_t>(s)].data() + c * count;
-        double sum = 0.0;
-        for (std::size_t k = 0; k < count; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-        const double error = std::sqrt(sum / static_cast<double>(count)) * kErrorOverChange / noise;
-        worst = std::isfinite(error) ? std::max(worst, error) : HUGE_VAL;
-      }
-    }
-    choice.error_over_noise = worst;
-    if (worst < kShare || 0.5 * choice.step < kFinest) return choice;
-    coarse = fine;
-    choice.step *= 0.5;
+  const auto predict = [&](double step) { return predictions_at(step, model, experiment, options, values, segments); };
+
+  std::vector<StepChoice> tried;
+  double step = coarsest;
+  for (Predictions coarse = predict(step); tried.empty() || step >= kFinest; step *= 0.5) {
+    Predictions fine = predict(0.5 * step);
+    tried.push_back({step, kErrorOverChange * largest_change(coarse, fine, experiment, segments)});
+    if (tried.back().error_over_noise < kShare) return tried.back();
+    coarse = std::move(fine);
   }
+  const double least = std::ranges::min(tried, {}, &StepChoice::error_over_noise).error_over_noise;
+  return *std::ranges::find_if(tried, [&](const StepChoice& c) { return c.error_over_noise <= kNoBetter * least; });
 }
 
 }  // namespace lacuna

@@ -227,6 +227,18 @@ TEST(ChooseStep, KeepsTheIntegrationErrorUnderATenthOfTheNoise) {
   }
 }
 
+TEST(ChooseStep, TakesNoShortStepsForWhatDivergesAtAnyStep) {
+  Scenario scenario = arm(constant_drive(6, 0.2, 0.01, 10.0));
+  for (const Joint& joint : scenario.robot->joints()) scenario.noise[ChannelKind::position][joint.name] = 1e-3;
+  const PlantModel model(scenario);
+  const Experiment experiment = started_experiment(scenario, kArmStart);
+  std::vector<double> values = model.values();
+  values[static_cast<std::size_t>(model.find("joint_2.damping"))] = -1e6;
+  const StepChoice choice = choose_step(model, experiment, on("featherstone", 0.01), values);
+  EXPECT_EQ(choice.step, 0.01);
+  EXPECT_FALSE(std::isfinite(choice.error_over_noise));
+}
+
 /// Positions of the double pendulum recorded at 1 kHz.
 Scenario smooth_recording(double damping) {
   auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
