@@ -86,12 +86,13 @@ std::vector<double> block_gains(const Eigen::VectorXd& before, const Eigen::Vect
 }  // namespace
 
 Eigen::MatrixXd prediction_spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
-                                  std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere) {
+                                  std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere,
+                                  const Eigen::VectorXd& floor) {
   if (fitted.cols() == 0) return {};
   const Eigen::MatrixXd normal = fitted.transpose() * fitted;
   const Eigen::VectorXd scale = column_scales(normal);
   Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
-  unit.diagonal().setConstant(1.0 + kSingular);
+  unit.diagonal() = scale.cwiseAbs2().cwiseProduct(floor).array() + (1.0 + kSingular);
   const double variance = residual.squaredNorm() / effective_samples(residual, blocks);
   // normal^-1 = (S R^-1) (S R^-1)^T with S the scales and R^T R = unit.
   const Eigen::MatrixXd scaled = std::sqrt(variance) * elsewhere * scale.asDiagonal();

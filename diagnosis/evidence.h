@@ -44,8 +44,10 @@ HeldoutGain heldout_gain(const Eigen::VectorXd& before, const Eigen::VectorXd& a
 
 /// What the errors of a fit do to its predictions elsewhere: a matrix E, one row a predicted sample, with E E^T their
 /// covariance. From both whitened Jacobians and what the fit leaves, slow rests counted at their effective samples.
+/// `floor`: least_curvatures() of the fit's coordinates.
 Eigen::MatrixXd prediction_spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
-                                  std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere);
+                                  std::span<const ResidualBlock> blocks, const Eigen::MatrixXd& elsewhere,
+                                  const Eigen::VectorXd& floor);
 
 /// Chance that an effect with `parameters` free numbers gains this much log-likelihood where there is none
 /// (Wilks: twice the gain is chi-square), times `tries` (Bonferroni).

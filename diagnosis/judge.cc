@@ -16,6 +16,7 @@ constexpr double kLeastShare = 0.25;
 constexpr double kLeastOfNoise = 0.01;  ///< energy over the noise's: a tenth in rms is what a step may be wrong by
 constexpr double kDisappointing = 1.5;  ///< energy left over the promised one
 constexpr double kAtEnd = 1e-6;         ///< of a parameter's typical size
+constexpr double kUndriven = 2.0;       ///< standard errors from neutral within which a number is not determined
 constexpr double kOneNat = 2.0;         ///< energy over noise that a log-likelihood of 1 is worth
 
 /// A typical step along the axis, in its coordinate; at most its length.
@@ -27,12 +28,24 @@ double size_of(const Axis& axis, const Parameter& p, const PlantModel& model, co
   return std::min(along, axis.upper - axis.lower);
 }
 
+/// Standard error of each coordinate of a re-identified candidate; empty for others.
+std::vector<double> standard_errors(const CurrentModel& model) {
+  if (model.fit.jacobian.cols() != static_cast<Eigen::Index>(model.space.size())) return {};
+  const Eigen::MatrixXd covariance =
+      identifiability(model.space, model.fit.point, model.fit.jacobian, 1.0, 1.0).covariance;
+  std::vector<double> out;
+  for (Eigen::Index a = 0; a < covariance.rows(); ++a) out.push_back(std::sqrt(covariance(a, a)));
+  return out;
+}
+
 /// An own number driven to the end of its range, as seen at its typical size. Optional ones and those of every joint
-/// may stand there; all but the leading one may stand at an end at or beyond which their neutral value lies.
+/// may stand there, and those that the recordings would as soon have neutral; all but the leading one may stand at an
+/// end at or beyond which their neutral value lies.
 bool at_end(const Tried& tried, const Experiment& experiment) {
   const PlantModel& model = tried.model.model;
   const auto& axes = tried.model.space.axes();
   const std::size_t plain = axes.size() - tried.effect.own.size();
+  const std::vector<double> errors = standard_errors(tried.model);
   for (std::size_t k = 0; k < tried.effect.own.size(); ++k) {
     const Axis& axis = axes[plain + k];
     const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
@@ -40,9 +53,10 @@ bool at_end(const Tried& tried, const Experiment& experiment) {
     const double x = tried.model.fit.point[plain + k], margin = kAtEnd * size_of(axis, p, model, experiment);
     if (!std::isfinite(margin)) continue;
     const double neutral = to_search(axis.coordinate, p.neutral);
-    const bool low = x <= axis.lower + margin && !(k > 0 && neutral <= axis.lower + margin);
-    const bool high = x >= axis.upper - margin && !(k > 0 && neutral >= axis.upper - margin);
-    if (low || high) return true;
+    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin;
+    const bool leads_nowhere = (low && neutral <= axis.lower + margin) || (high && neutral >= axis.upper - margin);
+    const bool driven = errors.empty() || !(std::fabs(x - neutral) < kUndriven * errors[plain + k]);
+    if (leads_nowhere ? k == 0 : (low || high) && driven) return true;
   }
   return false;
 }
@@ -67,7 +81,8 @@ Judge::Judge(const CurrentModel& current, const Experiment& experiment, const De
   for (const Energy& channel : heldout_energy_) floor_ += channel.noise;
   if (validate_.empty() || current.space.size() == 0) return;
   spread_ = prediction_spread(current.fit.jacobian, current.fit.residual, plain_.layout(train_),
-                              plain_.jacobian(current.fit.point, before_validate_, validate_));
+                              plain_.jacobian(current.fit.point, before_validate_, validate_),
+                              least_curvatures(current.space.axes()));
 }
 
 Tried Judge::weigh(ScreenedEffect effect) {

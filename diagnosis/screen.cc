@@ -285,21 +285,17 @@ class EffectScreen {
     return J;
   }
 
-  void bounds(const Chain& chain, Eigen::Index i, double& lower, double& upper) const {
-    const Axis& axis = i < base_ ? current_.space.axes()[static_cast<std::size_t>(i)]
-                                 : chain.axes[static_cast<std::size_t>(i - base_)];
-    lower = axis.lower, upper = axis.upper;
-  }
-
   /// Damped Gauss-Newton step of one chain from `tried`, which is where it stands, cut at the bounds.
   void propose_step(Chain& chain) const {
+    std::vector<Axis> axes = current_.space.axes();
+    axes.insert(axes.end(), chain.axes.begin(), chain.axes.end());
     const Eigen::MatrixXd J = sensitivities(chain);
-    const Eigen::VectorXd step = damped_step(J.transpose() * J, J.transpose() * chain.residual, kStepDamping);
+    const Eigen::VectorXd step =
+        damped_step(J.transpose() * J, J.transpose() * chain.residual, kStepDamping, least_curvatures(axes));
     if (!step.allFinite()) return;
     for (Eigen::Index i = 0; i < step.size(); ++i) {
-      double lower, upper;
-      bounds(chain, i, lower, upper);
-      chain.tried(i) = std::clamp(chain.x(i) + chain.step_scale * step(i), lower, upper);
+      const Axis& axis = axes[static_cast<std::size_t>(i)];
+      chain.tried(i) = std::clamp(chain.x(i) + chain.step_scale * step(i), axis.lower, axis.upper);
     }
   }
 

@@ -20,8 +20,9 @@ Worth worth_over(const CurrentModel& with, const CurrentModel& without, const Ex
   const Eigen::VectorXd after = more.residual(with.fit.point, validate);
   Eigen::MatrixXd spread;
   if (before.allFinite() && without.space.size() > 0)
-    spread = prediction_spread(without.fit.jacobian, without.fit.residual, less.layout(train),
-                               less.jacobian(without.fit.point, before, validate));
+    spread =
+        prediction_spread(without.fit.jacobian, without.fit.residual, less.layout(train),
+                          less.jacobian(without.fit.point, before, validate), least_curvatures(without.space.axes()));
   out.heldout = heldout_gain(before, after, more.layout(validate), spread);
   return out;
 }

@@ -14,6 +14,10 @@ namespace {
 /// A direction whose standard error exceeds its own size is not determined by the data.
 constexpr double kUndetermined = 1.0;
 
+/// Change of all residuals together, in weights, through the whole range of a coordinate that is as good as without
+/// effect.
+constexpr double kFlat = 0.1;
+
 /// Chi-square units: a step that lowers the cost by less is below anything that statistics could see.
 constexpr double kLikelihoodShare = 0.05;
 
@@ -78,7 +82,11 @@ class ProjectedDescent {
   /// `jacobian`: at result.point, if it is known.
   ProjectedDescent(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
                    LeastSquaresResult& result)
-      : problem_(problem), segments_(segments), result_(result), axes_(problem.space().axes()) {
+      : problem_(problem),
+        segments_(segments),
+        result_(result),
+        axes_(problem.space().axes()),
+        floor_(least_curvatures(axes_)) {
     residual_ = problem.residual(result.point, segments);
     if (options.jacobian != nullptr) {
       jacobian_ = *options.jacobian;
@@ -190,7 +198,7 @@ class ProjectedDescent {
     std::vector<std::vector<double>> out(problem_.simulator().lanes() > 1 ? kDampings : 1, result_.point);
     double damping = damping_;
     for (std::vector<double>& next : out) {
-      const Eigen::VectorXd delta = damped_step(normal, gradient(free), damping + kFloor);
+      const Eigen::VectorXd delta = damped_step(normal, gradient(free), damping + kFloor, floor_(free));
       damping *= kCoarser;
       for (std::size_t k = 0; k < free.size(); ++k) {
         const std::size_t a = static_cast<std::size_t>(free[k]);
@@ -204,6 +212,7 @@ class ProjectedDescent {
   std::span<const int> segments_;
   LeastSquaresResult& result_;
   const std::vector<Axis>& axes_;
+  Eigen::VectorXd floor_;
   Eigen::VectorXd residual_;
   Eigen::MatrixXd jacobian_, normal_;  ///< normal_: J^T J
   State state_ = State::doubtful;
@@ -268,10 +277,20 @@ Eigen::VectorXd column_scales(const Eigen::MatrixXd& normal) {
   return normal.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
 }
 
-Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping) {
+Eigen::VectorXd least_curvatures(std::span<const Axis> axes) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(axes.size()));
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const double range = axes[a].upper - axes[a].lower;
+    out(static_cast<Eigen::Index>(a)) = range > 0.0 ? std::pow(kFlat / range, 2) : 0.0;
+  }
+  return out;
+}
+
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
+                            const Eigen::VectorXd& floor) {
   const Eigen::VectorXd scale = column_scales(normal);
   Eigen::MatrixXd unit = scale.asDiagonal() * normal * scale.asDiagonal();
-  unit.diagonal().setConstant(1.0 + damping);
+  unit.diagonal() = scale.cwiseAbs2().cwiseProduct(floor).array() + (1.0 + damping);
   return scale.cwiseProduct(unit.ldlt().solve(-scale.cwiseProduct(gradient)));
 }
 

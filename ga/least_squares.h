@@ -31,10 +31,16 @@ struct LeastSquaresResult {
 /// What brings each coordinate of a normal matrix J^T J to unit size; 0 for one without effect.
 Eigen::VectorXd column_scales(const Eigen::MatrixXd& normal);
 
-/// The step of Levenberg and Marquardt: (N + damping diag N) x = -gradient, N normal matrix. Each column is scaled by
-/// its own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without effect is left
-/// alone.
-Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping);
+/// Curvatures below which a coordinate is as good as without effect: through its whole range all residuals together
+/// change by a tenth of their weight. 0 where the range is infinite.
+Eigen::VectorXd least_curvatures(std::span<const Axis> axes);
+
+/// The step of Levenberg and Marquardt: (N + damping diag N + diag floor) x = -gradient, N normal matrix. Each column
+/// is scaled by its own size first, so that units (1/k beside kg) neither damp nor drown a coordinate; one without
+/// effect is left alone. `floor`: least_curvatures(), which keep a coordinate whose column is all rounding where it
+/// stands.
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
+                            const Eigen::VectorXd& floor);
 
 /// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated,
 /// std::invalid_argument where it is no point of the problem's space.

@@ -141,7 +141,8 @@ struct LinearFit {
 
 TEST(PredictionSpread, IsTheFitsCovarianceSentThroughTheOtherJacobian) {
   const LinearFit fit(1);
-  const Eigen::MatrixXd spread = prediction_spread(fit.fitted, fit.residual, fit.blocks, fit.elsewhere);
+  const Eigen::MatrixXd spread =
+      prediction_spread(fit.fitted, fit.residual, fit.blocks, fit.elsewhere, Eigen::Vector2d::Zero());
   const double variance = fit.residual.squaredNorm() / effective_samples(fit.residual, fit.blocks);
   const Eigen::MatrixXd expected =
       variance * fit.elsewhere * (fit.fitted.transpose() * fit.fitted).inverse() * fit.elsewhere.transpose();
@@ -151,7 +152,8 @@ TEST(PredictionSpread, IsTheFitsCovarianceSentThroughTheOtherJacobian) {
 TEST(PredictionSpread, LeavesANumberWithoutEffectOut) {
   LinearFit fit(1);
   fit.fitted.col(1).setZero();
-  const Eigen::MatrixXd spread = prediction_spread(fit.fitted, fit.residual, fit.blocks, fit.elsewhere);
+  const Eigen::MatrixXd spread =
+      prediction_spread(fit.fitted, fit.residual, fit.blocks, fit.elsewhere, Eigen::Vector2d::Zero());
   EXPECT_TRUE(spread.allFinite());
   EXPECT_EQ(spread.rows(), LinearFit::kSamples);
 }
@@ -161,7 +163,8 @@ TEST(HeldoutGain, OfAChangeThatFollowsTheFitsOwnErrorsIsLuckOnceTheyAreCounted) 
   for (std::uint64_t k = 0; k < 200; ++k) {
     const LinearFit fit(k + 500);
     const Eigen::VectorXd after = fit.heldout - 0.05 * fit.elsewhere.col(1);  // settled beforehand, and wrong
-    const Eigen::MatrixXd spread = prediction_spread(fit.fitted, fit.residual, fit.blocks, fit.elsewhere);
+    const Eigen::MatrixXd spread =
+        prediction_spread(fit.fitted, fit.residual, fit.blocks, fit.elsewhere, Eigen::Vector2d::Zero());
     without += heldout_gain(fit.heldout, after, fit.blocks).p_value < 0.02;
     with += heldout_gain(fit.heldout, after, fit.blocks, spread).p_value < 0.02;
   }

@@ -98,8 +98,9 @@ TEST(LeastSquares, StepDoesNotDependOnTheUnitsOfItsCoordinates) {
       Eigen::Vector3d(1e10, 1.0, 1e-8));  // a spring's 1/k beside a mass beside a large stiffness
   const Eigen::MatrixXd K = J * units.asDiagonal();
   const Eigen::VectorXd exact = J.colPivHouseholderQr().solve(-r);
-  const Eigen::VectorXd plain = damped_step(J.transpose() * J, J.transpose() * r, 0.0);
-  const Eigen::VectorXd scaled = damped_step(K.transpose() * K, K.transpose() * r, 1e-13);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(3);
+  const Eigen::VectorXd plain = damped_step(J.transpose() * J, J.transpose() * r, 0.0, none);
+  const Eigen::VectorXd scaled = damped_step(K.transpose() * K, K.transpose() * r, 1e-13, none);
   EXPECT_LT((plain - exact).norm(), 1e-12 * exact.norm());
   EXPECT_LT((units.cwiseProduct(scaled) - exact).norm(), 1e-10 * exact.norm());
 }
@@ -107,9 +108,24 @@ TEST(LeastSquares, StepDoesNotDependOnTheUnitsOfItsCoordinates) {
 TEST(LeastSquares, StepLeavesACoordinateWithoutEffectAlone) {
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(2, 2);
   normal(0, 0) = 4.0;
-  const Eigen::VectorXd step = damped_step(normal, Eigen::Vector2d(-8.0, 0.0), 0.0);
+  const Eigen::VectorXd step = damped_step(normal, Eigen::Vector2d(-8.0, 0.0), 0.0, Eigen::Vector2d::Zero());
   EXPECT_EQ(step(0), 2.0);
   EXPECT_EQ(step(1), 0.0);
+}
+
+TEST(LeastSquares, StepLeavesACoordinateWhoseColumnIsRoundingWhereItStands) {
+  std::vector<Axis> axes(2);
+  for (Axis& axis : axes) axis.lower = -0.1, axis.upper = 0.1;
+  Eigen::MatrixXd J(3, 2);
+  J << 100.0, 1e-9, 200.0, -2e-9, -300.0, 1e-9;
+  const Eigen::VectorXd r = Eigen::Vector3d(1.0, 5.0, -2.0);
+  const Eigen::MatrixXd normal = J.transpose() * J;
+  const Eigen::VectorXd gradient = J.transpose() * r;
+  const Eigen::VectorXd free = damped_step(normal, gradient, 0.0, Eigen::Vector2d::Zero());
+  const Eigen::VectorXd kept = damped_step(normal, gradient, 0.0, least_curvatures(axes));
+  EXPECT_GT(std::fabs(free(1)), 1e8);
+  EXPECT_LT(std::fabs(kept(1)), 1e-6);
+  EXPECT_NEAR(kept(0), -J.col(0).dot(r) / J.col(0).squaredNorm(), 1e-6);
 }
 
 TEST(LeastSquares, ErrorsAreThoseThatItsCovarianceStates) {
