@@ -33,9 +33,9 @@ class Rollout {
   static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
   static constexpr double kShortest = 1e-6;  ///< shortest step, as a share of the nominal one: no event stops the clock
 
-  /// Time of the fastest motion resolved: in steps, of which Kutta's method stands motions of time 1/2.8, and in
-  /// sampling periods, within which nobody sees what moves.
-  static constexpr double kResolvedSteps = 0.7, kResolvedSamples = 0.2;
+  /// Time of the fastest motion resolved, in steps, of which Kutta's method stands motions of time 1/2.8. Shorter steps
+  /// resolve more, so that halving them shows what this leaves out.
+  static constexpr double kResolvedSteps = 0.7;
 
   using State = std::vector<T>;  ///< q, v, z one after the other
 

@@ -104,7 +104,7 @@ T Rollout<T, Dyn>::step_to_jump(const T& h) const {
 template <class T, class Dyn>
 std::pair<double, double> Rollout<T, Dyn>::cut(std::size_t sample, double max_step) {
   const double whole = clock().time(sample + 1) - clock().time(sample), pieces = std::ceil(whole / max_step - 1e-9);
-  plant_.resolve(std::max(kResolvedSteps * whole / pieces, kResolvedSamples * whole));
+  plant_.resolve(kResolvedSteps * whole / pieces);
   return {pieces, whole / pieces};
 }
 
