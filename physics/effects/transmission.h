@@ -10,8 +10,9 @@ namespace lacuna {
 /// With e the lead of that side over the link and tau0 the effort that the actuator would give at e = 0, e' = 0:
 /// J theta'' = tau0 - D e' - S e - f; f = k (e - half) + c e' beyond half, k (e + half) + c e' below -half, zero
 /// between and where a surface would have to pull. Nothing faster than the steps can follow is resolved (s.resolved): J
-/// counts at least (D + c) times that, k at most J over its square (both smoothly, so that a search that strays there
-/// finds back). No stiffness upsets the rollout, and finer steps resolve more.
+/// counts at least D times that, D + c at most J over it, k at most J over its square (all smoothly, so that a search
+/// that strays there finds back). J does not grow with c: a fit would take a large c for the inertia that it lacks, and
+/// another one at every step. No stiffness upsets the rollout, and finer steps resolve more.
 template <class T>
 struct Transmission {
   T k, c, half, S, D, J;  ///< N m/rad, N m s/rad, rad, N m/rad, N m s/rad, kg m^2 (N/m, N s/m, m, N/m, N s/m, kg)
@@ -19,9 +20,10 @@ struct Transmission {
 
   static Transmission of(const JointView<T>& s, const T& k, const T& c, const T& half, const T& inertia) {
     constexpr double kLeast = 1e-9;  // kg m^2: a side without a damper keeps some
-    const T J = max(rounded_max(inertia, (s.damping + c) * s.resolved), T(kLeast));
+    const T J = max(rounded_max(inertia, s.damping * s.resolved), T(kLeast));
     const T softness = rounded_max(T(1.0) / k, s.resolved * s.resolved / J);
-    return {T(1.0) / softness, c, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
+    const T room = max(J / max(s.resolved, T(1e-300)) - s.damping, T(kLeast)), loss = c / rounded_max(T(1.0), c / room);
+    return {T(1.0) / softness, loss, half, s.stiffness, s.damping, J, inertia / J, T(1.0) / (k * softness)};
   }
 
   /// Effort on the link. Surfaces with a gap between them push only.

@@ -90,7 +90,7 @@ TEST(Diagnosis, FindsAConcealedDeadbandWithItsSizeAndRemovesIt) {
 TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
   const Diagnosis d = diagnose(
       pendulum_problem(kStart, kDrive, kNoise,
-                       {effect("armature", "swing", {{"J", 0.1}}), effect("actuator_lag", "swing", {{"T", 0.02}})},
+                       {effect("armature", "swing", {{"J", 0.1}}), effect("actuator_lag", "swing", {{"T", 0.005}})},
                        10.0, available_engines().back()),
       small());
   // Alone a spring with inertia and damper behind it explains more than either.
@@ -98,7 +98,7 @@ TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
   EXPECT_EQ(d.rounds[0].front().effect, "joint_compliance");
   ASSERT_EQ(d.findings.size(), 2u);
   EXPECT_EQ(d.findings[0].effect, "actuator_lag");
-  EXPECT_NEAR(d.findings[0].parameters.front().value, 0.02, 0.002);
+  EXPECT_NEAR(d.findings[0].parameters.front().value, 0.005, 0.0005);
   // On one pendulum an inertia, another gravity and a spring that hardens are one class.
   EXPECT_EQ(std::count(d.findings[1].members.begin(), d.findings[1].members.end(), "armature"), 1);
 }
