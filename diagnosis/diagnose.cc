@@ -124,8 +124,10 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
 void note_missing(const Scenario& scenario, Diagnosis& out) {
   out.notes.insert(out.notes.begin(), scenario.notes.begin(), scenario.notes.end());
   if (out.after.step.error_over_noise >= 0.1) {
-    out.notes.push_back("integration error is " + std::to_string(out.after.step.error_over_noise) +
-                        " of the noise at the finest step tried: small effects cannot be told from it");
+    out.notes.push_back(fmt::format(
+        "integration error is {:.2g} of the noise at steps of {:.2g} ms, and shorter ones do little better: "
+        "small effects cannot be told from it",
+        out.after.step.error_over_noise, 1e3 * out.after.step.step));
   }
 }
 

@@ -42,12 +42,19 @@ PlantModel with_typical(const Scenario& scenario, const EffectInfo& info, const 
   return plain.with_effects({spec});
 }
 
-double disagreement(const PlantModel& model, Experiment experiment, const std::string& engine) {
+/// The truth's motion, from whose start the experiment's simulations begin then.
+std::vector<std::vector<double>> started_by_the_truth(const PlantModel& model, Experiment& experiment,
+                                                      const std::string& engine) {
   TruthOptions options;
   options.engine = engine;
-  const auto truth = simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options);
+  auto truth = simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options);
   for (std::size_t j = 0; j < truth.size(); ++j) experiment.segments[0].q0[j] = truth[j][0];
   experiment.segments[0].v0.assign(truth.size(), 0.0);
+  return truth;
+}
+
+double disagreement(const PlantModel& model, Experiment experiment, const std::string& engine) {
+  const auto truth = started_by_the_truth(model, experiment, engine);
   const auto rollout = predict_one(model, experiment, on("featherstone", kFineStep)).front();
   double worst = 0.0;
   for (std::size_t c = 0; c < truth.size(); ++c) worst = std::max(worst, worst_difference(truth[c], rollout[c]));
@@ -72,6 +79,29 @@ TEST(Truth, AgreesWithTheRolloutForEveryEffect) {
   const Experiment moved = moved_by_the_truth(scenario);
   for (const EffectInfo& info : effect_table())
     EXPECT_LT(disagreement(with_typical(scenario, info, moved), moved, "featherstone"), kEngineAgreement) << info.name;
+}
+
+TEST(Truth, IsMetThroughStiffSpringsByTheStepThatIsChosen) {
+  // rad. A step is to leave a tenth of it; where contacts cost the rollout its order, halving shows half of the error.
+  constexpr double kNoise = 1e-4;
+  Scenario scenario = two_rods();
+  for (const Joint& joint : scenario.robot->joints()) scenario.noise[ChannelKind::position][joint.name] = kNoise;
+  for (const EffectSpec& spec : {effect("joint_compliance", "elbow", {{"k", 1300.0}, {"J", 0.003}}),
+                                 effect("backlash", "elbow", {{"gap", 1e-3}, {"k", 5000.0}, {"J", 0.01}}),
+                                 effect("backlash", "elbow", {{"gap", 1e-3}, {"k", 5000.0}, {"J", 0.01}, {"c", 1.0}}),
+                                 effect("base_compliance", "arm", {{"k", 2e4}})}) {
+    const PlantModel model = PlantModel(scenario).with_effects({spec});
+    Experiment experiment = moved_by_the_truth(scenario);
+    const auto truth = started_by_the_truth(model, experiment, "featherstone");
+    const StepChoice choice = choose_step(model, experiment, on("featherstone", 0.01), model.values());
+    const auto rollout = predict_one(model, experiment, on("featherstone", choice.step)).front();
+    for (std::size_t c = 0; c < truth.size(); ++c) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < truth[c].size(); ++k) sum += std::pow(rollout[c][k] - truth[c][k], 2);
+      EXPECT_LT(std::sqrt(sum / static_cast<double>(truth[c].size())), 0.2 * kNoise)
+          << spec.effect << " at steps of " << choice.step << " s";
+    }
+  }
 }
 
 TEST(Truth, EnginesAgreeThroughFriction) {
