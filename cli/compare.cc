@@ -212,7 +212,7 @@ class CompareRun {
       }
     }
     if (session_.json) {
-      print(to_json(comparison_, baseline_, session_.context()));
+      print(to_json(comparison_, baseline_, context_));
       return;
     }
     std::vector<std::string> written{"report.html", "compare.json"};
@@ -238,10 +238,11 @@ class CompareRun {
 
   void write() {
     if (!old_.empty()) baseline_ = changes_since(old_, flags_.baseline, comparison_);
-    write_comparison_report(target_.folder, comparison_, baseline_, session_.context(), pictures_);
+    write_comparison_report(target_.folder, comparison_, baseline_, context_, pictures_);
   }
 
   const Session& session_;
+  Context context_ = session_.context();  ///< one date for all that is written and printed
   const CompareFlags& flags_;
   CompareOptions options_;
   Target target_;
