@@ -77,8 +77,7 @@ std::vector<Trace> traces_of(const Search& search, const FitResult& fit, const S
   const auto at = [&](int s) -> const Segment& { return search.experiment.segments[static_cast<std::size_t>(s)]; };
   const std::string file = at(segments.front()).file;
   std::erase_if(segments, [&](int s) { return at(s).file != file; });
-  const bool inverse = std::holds_alternative<InverseDynamics>(search.experiment.prediction);
-  const std::vector<Channel> channels = predicted_channels(search.model, search.experiment);
+  const std::vector<Channel>& channels = search.experiment.channels;
   std::vector<std::vector<std::vector<std::vector<double>>>> predicted(
       2, std::vector<std::vector<std::vector<double>>>(search.experiment.segments.size()));
   const std::vector<std::vector<double>> both{search.model.values(), fit.values};
@@ -87,7 +86,7 @@ std::vector<Trace> traces_of(const Search& search, const FitResult& fit, const S
   });
   std::vector<Trace> out;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (channels[c].kind != ChannelKind::position && channels[c].kind != ChannelKind::command) continue;
+    if (!is_leading(search.experiment, c)) continue;
     Trace trace{
         file, search.experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], channels[c].unit, {}, {}, {},
         {}};
@@ -95,12 +94,9 @@ std::vector<Trace> traces_of(const Search& search, const FitResult& fit, const S
       const Segment& segment = at(s);
       const auto &before = predicted[0][static_cast<std::size_t>(s)][c],
                  &after = predicted[1][static_cast<std::size_t>(s)][c];
-      // Inverse dynamics thins its samples evenly and compares with zero.
-      const double begin = segment.time(0), span = segment.time(segment.count - 1) - begin;
       for (std::size_t k = 0; k < after.size(); ++k) {
-        trace.time.push_back(inverse ? begin + span * (static_cast<double>(k) + 0.5) / static_cast<double>(after.size())
-                                     : segment.time(k));
-        trace.measured.push_back(inverse ? 0.0 : segment.measured[c][k]);
+        trace.time.push_back(segment.compared_time(k));
+        trace.measured.push_back(segment.measured[c][k]);
         trace.before.push_back(before[k]);
         trace.after.push_back(after[k]);
       }

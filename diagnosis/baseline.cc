@@ -76,11 +76,12 @@ double noise_seen(const Experiment& experiment, std::size_t channel) {
 }
 
 std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment) {
-  const std::vector<Channel> channels = predicted_channels(model, experiment);
+  const std::vector<Channel>& channels = experiment.channels;
   std::vector<double> out;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     double noise = channels[c].noise;
-    if (const double seen = channels[c].noise_stated ? noise_seen(experiment, c) : noise; seen > noise) noise = seen;
+    const bool as_read = channels[c].noise_stated && experiment.segments.front().compared.empty();
+    if (const double seen = as_read ? noise_seen(experiment, c) : noise; seen > noise) noise = seen;
     out.push_back(noise);
   }
   return out;

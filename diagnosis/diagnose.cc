@@ -56,7 +56,7 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
         floor += noise[c] * noise[c] * static_cast<double>(block.count);
     }
   }
-  const std::vector<Channel> channels = predicted_channels(before.model, experiment);
+  const std::vector<Channel> channels = experiment.channels;
   for (const ExcessNoise& excess : excess_over_noise(r1, blocks, noise)) {
     const Channel& channel = channels[static_cast<std::size_t>(excess.channel)];
     out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
@@ -96,7 +96,7 @@ void note_test_rest(Diagnosis& out, const CurrentModel& after, const Experiment&
   Problem problem(after.model, experiment, after.space, options, after.weights);
   std::vector<double> noise = noise_levels(after.model, experiment);
   for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= after.weights[c];
-  const std::vector<Channel> channels = predicted_channels(after.model, experiment);
+  const std::vector<Channel> channels = experiment.channels;
   for (const ExcessNoise& excess :
        excess_over_noise(problem.residual(after.fit.point, test), problem.layout(test), noise)) {
     const int joint = channels[static_cast<std::size_t>(excess.channel)].joint;
@@ -208,7 +208,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   judge_rest(out, before, current, experiment, simulator);
   note_test_rest(out, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(model, experiment);
-  const std::vector<Channel> channels = predicted_channels(model, experiment);
+  const std::vector<Channel> channels = experiment.channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (noise[c] > 0.0)
       out.noise.emplace_back(experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], noise[c]);

@@ -16,7 +16,6 @@ namespace lacuna {
 namespace {
 
 constexpr std::uint32_t kLocateDraws = 71;  // of random draws
-constexpr double kRegular = 0.01;           // of the sampling period
 constexpr double kLeastRatio = 1.5;
 
 double upper_tail(double z) {
@@ -42,14 +41,15 @@ double noise_correlation(double seen) {
   return low;
 }
 
-bool regular(const Experiment& experiment) {
-  for (const Segment& segment : experiment.segments) {
-    for (std::size_t k = 1; k < segment.count; ++k)
-      if (std::fabs(segment.time(k) - segment.time(k - 1) - experiment.sample_period) >
-          kRegular * experiment.sample_period)
-        return false;
-  }
-  return true;
+/// Whether inverse dynamics can be had: every joint's position is measured, long and often enough.
+bool possible(const Experiment& free_run) {
+  const std::vector<int> channels = position_channels(free_run);
+  if (std::any_of(channels.begin(), channels.end(), [](int c) { return c < 0; })) return false;
+  return std::all_of(free_run.segments.begin(), free_run.segments.end(), [](const Segment& s) {
+    const double rate = static_cast<double>(s.count - 1) / s.time(s.count - 1);
+    const Thinning thinning(kLocateCutoff, rate);
+    return kLocateCutoff < 0.25 * rate && s.count > 2 * thinning.edge + 20 * thinning.stride;
+  });
 }
 
 /// Missing efforts of all segments, as residuals with unit weights: V.
@@ -57,16 +57,22 @@ class Efforts {
  public:
   Efforts(const CurrentModel& model, const Scenario& scenario, const SimulatorOptions& options)
       : model_(model), options_(options), values_(model.space.expand(model.fit.point)) {
+    // Of positions alone: what else is measured says the same with another noise.
     Scenario whole = scenario;
+    for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position})
+      whole.channels.of.erase(kind);
     whole.prediction = FreeRun{};
     free_run_ = make_experiment(whole);
-    experiment_ = free_run_;
-    experiment_.prediction = InverseDynamics{kLocateCutoff};
+    if (!possible(free_run_)) return;
+    whole.prediction = InverseDynamics{kLocateCutoff};
+    experiment_ = make_experiment(whole);
     for (std::size_t s = 0; s < experiment_.segments.size(); ++s)
       if (experiment_.segments[s].role != Role::test) segments_.push_back(static_cast<int>(s));
   }
 
+  bool any() const { return !segments_.empty(); }
   const Experiment& experiment() const { return experiment_; }
+  const Experiment& free_run() const { return free_run_; }
   /// Whether it is known of every measured position how noisy it is.
   bool noise_known() const {
     const std::vector<double> levels = noise_levels(model_.model, free_run_);
@@ -85,26 +91,30 @@ class Efforts {
   /// What the noise of the positions makes of it.
   Eigen::VectorXd noise(std::uint64_t seed) const {
     Experiment noisy = experiment_;
+    std::vector<RawMotion> raw;
+    for (const Segment& segment : experiment_.segments) raw.push_back(*segment.raw);
     const std::vector<double> levels = noise_levels(model_.model, free_run_);
-    for (std::size_t c = 0; c < noisy.channels.size(); ++c) {
-      if (!(levels[c] > 0.0)) continue;
+    for (std::size_t c = 0; c < levels.size(); ++c) {
+      if (!(levels[c] > 0.0) || free_run_.channels[c].kind != ChannelKind::position) continue;
       const double kept = noise_correlation(noise_seen(free_run_, c) / levels[c]);
-      for (std::size_t s = 0; s < noisy.segments.size(); ++s) {
+      for (std::size_t s = 0; s < raw.size(); ++s) {
         RandomStream random(seed, static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(c), kLocateDraws);
         double x = random.normal();
-        for (double& measured : noisy.segments[s].measured[c]) {
+        for (double& measured : raw[s].position[joint_of(c)]) {
           measured += levels[c] * x;
           x = kept * x + std::sqrt(1.0 - kept * kept) * random.normal();
         }
       }
     }
+    for (std::size_t s = 0; s < raw.size(); ++s) set_motion(noisy.segments[s], std::move(raw[s]), kLocateCutoff);
     return of(noisy) - of(experiment_);
   }
 
  private:
+  std::size_t joint_of(std::size_t channel) const { return static_cast<std::size_t>(free_run_.channels[channel].joint); }
   Problem problem(const Experiment& experiment) const {
     return {model_.model, experiment, model_.space, options_,
-            std::vector<double>(static_cast<std::size_t>(model_.model.dof()), 1.0)};
+            std::vector<double>(experiment_.channels.size(), 1.0)};
   }
   Eigen::VectorXd of(const Experiment& experiment) const {
     return problem(experiment).residuals_of(std::vector<std::vector<double>>{values_}, segments_).front();
@@ -113,7 +123,11 @@ class Efforts {
     Experiment out = experiment_;
     const std::vector<std::vector<double>> one{values_};
     make_simulator(model_.model, free_run_, options_)->run(one, segments_, [&](int, int s, const auto& predicted) {
-      out.segments[static_cast<std::size_t>(s)].measured.assign(predicted.begin(), predicted.end());
+      Segment& segment = out.segments[static_cast<std::size_t>(s)];
+      RawMotion raw = *segment.raw;
+      for (std::size_t c = 0; c < predicted.size(); ++c)
+        if (free_run_.channels[c].kind == ChannelKind::position) raw.position[joint_of(c)] = predicted[c];
+      set_motion(segment, std::move(raw), kLocateCutoff);
     });
     return out;
   }
@@ -124,14 +138,6 @@ class Efforts {
   Experiment free_run_, experiment_;
   std::vector<int> segments_;
 };
-
-/// A joint's states at the thinned samples of a segment.
-JointStates thinned_states(const Experiment& experiment, const Segment& segment, std::size_t joint) {
-  const Thinning thinning(kLocateCutoff, 1.0 / experiment.sample_period);
-  std::vector<std::size_t> samples;
-  for (std::size_t k = thinning.edge; k + thinning.edge < segment.count; k += thinning.stride) samples.push_back(k);
-  return joint_states(experiment, segment, joint, samples);
-}
 
 using Quantity = std::function<double(const JointStates&, std::size_t)>;
 
@@ -204,16 +210,6 @@ void test_times(MissingEffort& out, const std::vector<double>& d,
   }
 }
 
-bool possible(const Experiment& experiment, const std::vector<int>& channels) {
-  for (std::size_t j = 0; j < channels.size(); ++j)
-    if (channels[j] < 0 && experiment.command_rms[j] > 0.0) return false;
-  const Thinning thinning(kLocateCutoff, 1.0 / experiment.sample_period);
-  const bool long_enough = std::all_of(experiment.segments.begin(), experiment.segments.end(), [&](const Segment& s) {
-    return s.count > 2 * thinning.edge + 20 * thinning.stride;
-  });
-  return long_enough && kLocateCutoff < 0.25 / experiment.sample_period && regular(experiment);
-}
-
 /// What is known of one joint: figures, the missing effort sample by sample, and its states.
 struct JointEffort {
   MissingEffort found;
@@ -223,17 +219,19 @@ struct JointEffort {
   double ratio = 1.0, effective = 1.0;                    ///< energy over the noise's; independent samples
 };
 
-JointEffort joint_effort(const Experiment& experiment, std::size_t joint, const std::vector<ResidualBlock>& layout,
+JointEffort joint_effort(const Efforts& efforts, std::size_t joint, const std::vector<ResidualBlock>& layout,
                          const Eigen::VectorXd& missing, const Eigen::VectorXd& noise) {
+  const Experiment& experiment = efforts.experiment();
   JointEffort out;
   out.found.joint = experiment.joint_names[joint];
   std::vector<ResidualBlock> own;
   double squares = 0.0, noise_squares = 0.0;
   for (const ResidualBlock& block : layout) {
-    if (block.channel != static_cast<int>(joint)) continue;
+    if (experiment.channels[static_cast<std::size_t>(block.channel)].joint != static_cast<int>(joint)) continue;
     own.push_back(block);
     const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
-    const JointStates here = thinned_states(experiment, segment, joint);
+    const JointStates here = joint_states(
+        efforts.free_run(), efforts.free_run().segments[static_cast<std::size_t>(block.segment)], joint, segment.compared);
     const auto part = missing.segment(block.first, block.count);
     if (out.d.empty()) {
       out.found.recording = segment.file;
@@ -268,8 +266,8 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
   if (std::holds_alternative<InverseDynamics>(scenario.prediction)) return {};
   const Efforts efforts(model, scenario, options);
   const Experiment& experiment = efforts.experiment();
-  const std::vector<int> channels = position_channels(experiment);
-  if (!possible(experiment, channels) || !efforts.noise_known()) return {};
+  if (!efforts.any() || !efforts.noise_known()) return {};
+  const std::vector<int> channels = position_channels(efforts.free_run());
   const Eigen::VectorXd missing = efforts.measured(), noise = efforts.noise(seed);
   if (!missing.allFinite() || !noise.allFinite()) return {};
   const std::vector<ResidualBlock> layout = efforts.layout();
@@ -279,7 +277,7 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
   double total = 0.0;
   for (std::size_t j = 0; j < channels.size(); ++j) {
     if (channels[j] < 0) continue;
-    JointEffort joint = joint_effort(experiment, j, layout, missing, noise);
+    JointEffort joint = joint_effort(efforts, j, layout, missing, noise);
     if (joint.d.empty() || joint.d.size() != joint.states.t.size()) continue;
     MissingEffort& found = joint.found;
     found.p_value = std::min(1.0, joints * chance_of_energy(joint.ratio, joint.effective));
@@ -287,7 +285,7 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
     total += found.share;
     if (found.p_value < kLocateError) {
       const double worth = joint.effective / static_cast<double>(joint.d.size());
-      test_regions(found, joint.d, joint.states, worth, experiment, j, joints);
+      test_regions(found, joint.d, joint.states, worth, efforts.free_run(), j, joints);
       test_quantities(found, joint.d, joint.states, worth, joints);
       test_times(found, joint.d, joint.places, joints);
     }

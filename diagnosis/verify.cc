@@ -49,10 +49,9 @@ void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after
     return all;
   };
   const Predicted a = predict(before), b = predict(after);
-  const bool inverse = std::holds_alternative<InverseDynamics>(experiment.prediction);
-  const std::vector<Channel> channels = predicted_channels(before.model, experiment);
+  const std::vector<Channel>& channels = experiment.channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (channels[c].kind != ChannelKind::position && channels[c].kind != ChannelKind::command) continue;
+    if (!is_leading(experiment, c)) continue;
     Trace t;
     t.recording = file;
     t.joint = experiment.joint_names[static_cast<std::size_t>(channels[c].joint)];
@@ -61,12 +60,9 @@ void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after
       const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
       const auto& x = a[static_cast<std::size_t>(s)][c];
       const auto& y = b[static_cast<std::size_t>(s)][c];
-      const double span = segment.time(segment.count - 1) - segment.time(0);
       for (std::size_t k = 0; k < x.size(); ++k) {
-        t.time.push_back(inverse
-                             ? segment.time(0) + span * (static_cast<double>(k) + 0.5) / static_cast<double>(x.size())
-                             : segment.time(k));
-        t.measured.push_back(inverse ? 0.0 : segment.measured[c][k]);
+        t.time.push_back(segment.compared_time(k));
+        t.measured.push_back(segment.measured[c][k]);
         t.before.push_back(x[k]);
         t.after.push_back(y[k]);
       }
@@ -80,7 +76,7 @@ std::vector<Whiteness> whiteness(const CurrentModel& before, const CurrentModel&
   const Role role = experiment.with_role(Role::test).empty() ? Role::validate : Role::test;
   const std::vector<int> segments = experiment.with_role(role);
   if (segments.empty()) return {};
-  const std::vector<Channel> channels = predicted_channels(before.model, experiment);
+  const std::vector<Channel>& channels = experiment.channels;
   Problem a(before.model, experiment, before.space, options, before.weights);
   Problem b(after.model, experiment, after.space, options, before.weights);
   const auto first = autocorrelations(a.residual(before.fit.point, segments), a.layout(segments));

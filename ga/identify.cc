@@ -102,7 +102,7 @@ JointRms residual_rms(Problem& problem, std::span<const double> values, Role rol
   if (segments.empty()) return out;
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
   const Eigen::VectorXd r = problem.plain_residuals_of(one, segments).front();
-  const std::vector<Channel> channels = predicted_channels(problem.model(), problem.experiment());
+  const std::vector<Channel>& channels = problem.experiment().channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     double sum = 0.0;
     Eigen::Index n = 0;
@@ -112,8 +112,7 @@ JointRms residual_rms(Problem& problem, std::span<const double> values, Role rol
       n += block.count;
     }
     const std::string& joint = problem.experiment().joint_names[static_cast<std::size_t>(channels[c].joint)];
-    const bool plain = channels[c].kind == ChannelKind::position || channels[c].kind == ChannelKind::command;
-    const std::string name = plain ? joint : joint + "." + to_string(channels[c].kind);
+    const std::string name = is_leading(problem.experiment(), c) ? joint : joint + "." + to_string(channels[c].kind);
     out.emplace_back(name, n > 0 ? problem.weights()[c] * std::sqrt(sum / static_cast<double>(n)) : std::nan(""));
   }
   return out;
@@ -127,7 +126,7 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   fit.effective_samples = effective_samples(s.residual, blocks);
   // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
   const auto& channels = problem.experiment().channels;
-  bool stated = !std::holds_alternative<InverseDynamics>(problem.experiment().prediction);
+  bool stated = true;
   for (std::size_t c = 0; stated && c < channels.size(); ++c) {
     stated = channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
   }

@@ -19,25 +19,22 @@ double difference_step(const Axis& axis, double x) {
   return x + step <= axis.upper ? step : -step;
 }
 
-bool inverse(const Experiment& experiment) { return std::holds_alternative<InverseDynamics>(experiment.prediction); }
-
 }  // namespace
 
-std::vector<Channel> predicted_channels(const PlantModel& model, const Experiment& experiment) {
-  if (!inverse(experiment)) return experiment.channels;
-  std::vector<Channel> out;
-  out.reserve(static_cast<std::size_t>(model.dof()));
-  for (int j = 0; j < model.dof(); ++j) out.push_back({ChannelKind::command, j, "V", std::nan(""), false});
-  return out;
+bool is_leading(const Experiment& experiment, std::size_t c) {
+  const ChannelKind kind = experiment.channels[c].kind;
+  const bool inverse = std::holds_alternative<InverseDynamics>(experiment.prediction);
+  return inverse ? kind == ChannelKind::effort || kind == ChannelKind::command : kind == ChannelKind::position;
 }
 
-std::vector<double> first_weights(const PlantModel& model, const Experiment& experiment) {
+std::vector<double> first_weights(const PlantModel&, const Experiment& experiment) {
   std::vector<double> out;
-  for (const Channel& channel : predicted_channels(model, experiment)) {
+  for (const Channel& channel : experiment.channels) {
     const std::size_t j = static_cast<std::size_t>(channel.joint);
     double weight = channel.noise;
     if (!(weight > 0.0)) {
       weight = 1e-2 * (channel.kind == ChannelKind::command    ? experiment.command_rms[j]
+                       : channel.kind == ChannelKind::effort   ? experiment.effort_rms[j]
                        : channel.kind == ChannelKind::velocity ? experiment.speed_rms[j]
                                                                : experiment.position_rms[j]);
     }
@@ -55,14 +52,6 @@ Problem::Problem(const PlantModel& model, const Experiment& experiment, const Se
       weights_(std::move(weights)),
       simulator_(make_simulator(model, experiment, options)) {
   whiten_starts();
-  if (!inverse(experiment_)) return;
-  thinned_.resize(experiment.segments.size());
-  std::vector<int> all(experiment.segments.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const std::vector<std::vector<double>> one{model.values()};
-  simulator_->run(one, all, [&](int, int segment, const auto& predicted) {
-    thinned_[static_cast<std::size_t>(segment)] = predicted.front().size();
-  });
 }
 
 void Problem::whiten_starts() {
@@ -85,13 +74,9 @@ std::vector<ResidualBlock> Problem::layout(std::span<const int> segments) const 
   for (const int s : segments) {
     const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
     for (std::size_t c = 0; c < weights_.size(); ++c) {
-      Eigen::Index count = 0;
-      if (inverse(experiment_)) {
-        count = static_cast<Eigen::Index>(thinned_[static_cast<std::size_t>(s)]);
-      } else {
-        const auto& column = segment.measured[c];
-        count = std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
-      }
+      const auto& column = segment.measured[c];
+      const Eigen::Index count =
+          std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
       out.push_back({s, static_cast<int>(c), row, count});
       row += count;
     }
@@ -126,7 +111,7 @@ std::vector<Eigen::VectorXd> Problem::plain_residuals_of(std::span<const std::ve
       const std::size_t c = static_cast<std::size_t>(block.channel);
       Eigen::Index row = block.first;
       for (std::size_t k = 0; k < predicted[c].size(); ++k) {
-        const double measured = inverse(experiment_) ? 0.0 : segment.measured[c][k];
+        const double measured = segment.measured[c][k];
         if (std::isfinite(measured)) r(row++) = (predicted[c][k] - measured) / weights_[c];
       }
     }
@@ -189,7 +174,7 @@ void Problem::costs(std::span<const std::vector<double>> points, std::span<doubl
     NormAccumulator& sum = sum_of(individual, s);
     for (std::size_t c = 0; c < predicted.size(); ++c) {
       for (std::size_t k = 0; k < predicted[c].size(); ++k) {
-        const double measured = inverse(experiment_) ? 0.0 : segment.measured[c][k];
+        const double measured = segment.measured[c][k];
         sum.add((predicted[c][k] - measured) / weights_[c], measured / weights_[c]);
       }
     }

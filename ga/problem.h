@@ -64,11 +64,10 @@ class Problem {
   std::vector<double> weights_;
   std::unique_ptr<Simulator> simulator_;
   std::vector<StartWhitening> starts_;  ///< by segment; none where all starts are exact
-  std::vector<std::size_t> thinned_;    ///< inverse dynamics: samples per segment after thinning
 };
 
-/// Channels of the prediction: the measured ones, or for inverse dynamics one per joint in command units.
-std::vector<Channel> predicted_channels(const PlantModel& model, const Experiment& experiment);
+/// Whether channel c is the one that its joint's figures are about: its position or, in inverse dynamics, its effort.
+bool is_leading(const Experiment& experiment, std::size_t c);
 
 /// rms per channel to weigh residuals by: the noise where it is stated or estimated, else the channel's own size.
 std::vector<double> first_weights(const PlantModel& model, const Experiment& experiment);

@@ -7,10 +7,13 @@
 #include <cmath>
 #include <map>
 
+#include "physics/quantity.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
 namespace {
+
+constexpr int kInversePasses = 2;  ///< of the filter, through which what inverse dynamics compares has gone
 
 constexpr std::size_t kFewestSamples = 10;
 /// No transducer is credited with less than this share of the range that it was seen to cover.
@@ -31,14 +34,20 @@ std::vector<double> converted(const Recording& data, const ColumnSpec& spec, std
   return out;
 }
 
-const char* unit_of(ChannelKind kind, bool prismatic) {
-  switch (kind) {
-    case ChannelKind::command: return "V";
-    case ChannelKind::position: return prismatic ? "m" : "rad";
-    case ChannelKind::velocity: return prismatic ? "m/s" : "rad/s";
-    case ChannelKind::effort: return prismatic ? "N" : "N m";
-    default: return "Pa";
-  }
+constexpr const char* kCommandUnit = "V";  // where a scenario does not say
+std::string unit_of(ChannelKind kind, bool prismatic) {
+  const Quantity& quantity = quantity_of(kind);
+  const char* unit = prismatic ? quantity.linear_unit : quantity.unit;
+  return *unit == '\0' ? kCommandUnit : unit;
+}
+
+bool inverse(const Scenario& scenario) { return std::holds_alternative<InverseDynamics>(scenario.prediction); }
+
+const ColumnSpec* column_spec(const Scenario& scenario, ChannelKind kind, const Joint& joint) {
+  const auto of_kind = scenario.channels.of.find(kind);
+  if (of_kind == scenario.channels.of.end()) return nullptr;
+  const auto spec = of_kind->second.find(joint.name);
+  return spec == of_kind->second.end() ? nullptr : &spec->second;
 }
 
 /// First sample of a recording's time range, and the one after its last.
@@ -55,56 +64,106 @@ std::pair<std::size_t, std::size_t> rows_of(const Scenario& scenario, const Reco
   return {from, to};
 }
 
-/// A recording cut to its time range: the track, and one measured column per channel.
+/// A recording cut to its time range.
 struct Cut {
   std::shared_ptr<const CommandTrack> track;
-  std::vector<std::vector<double>> measured;
-  double session = 0.0;  ///< s, of the track's start
+  std::map<ChannelKind, std::vector<std::vector<double>>> signals;  ///< [joint]; empty: not measured
+  double session = 0.0;                                             ///< s, of the track's start
+
+  const std::vector<double>& signal(ChannelKind kind, int joint) const {
+    return signals.at(kind)[static_cast<std::size_t>(joint)];
+  }
 };
 
-Cut cut(const Scenario& scenario, const RecordingSpec& spec, const std::vector<Channel>& channels,
-        double session_offset) {
+Cut cut(const Scenario& scenario, const RecordingSpec& spec, double session_offset) {
   const Recording& data = *spec.data;
   const auto [from, to] = rows_of(scenario, spec);
   Cut out{command_track(scenario, spec), {}, session_offset + column_of(data, scenario.channels.time)[from]};
-  for (const Channel& channel : channels) {
-    const std::string& joint = scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name;
-    out.measured.push_back(converted(data, scenario.channels.of.at(channel.kind).at(joint), from, to));
+  for (const Quantity& quantity : quantity_table()) {
+    if (quantity.predicted_by == PredictedBy::given || quantity.predicted_by == PredictedBy::nothing) continue;
+    std::vector<std::vector<double>>& joints = out.signals[quantity.kind];
+    for (const Joint& joint : scenario.robot->joints()) {
+      const ColumnSpec* column = column_spec(scenario, quantity.kind, joint);
+      joints.push_back(column == nullptr ? std::vector<double>{} : converted(data, *column, from, to));
+    }
   }
+  return out;
+}
+
+void set_stated_noise(const Scenario& scenario, Channel& channel) {
+  const auto stated = scenario.noise.find(channel.kind);
+  if (stated == scenario.noise.end()) return;
+  const auto of = stated->second.find(scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name);
+  if (of != stated->second.end()) channel.noise = of->second, channel.noise_stated = true;
+}
+
+/// What can be compared at joint j: by simulation whatever is measured and can be predicted, by inverse dynamics the
+/// effort, or what is told the joint in its place, and the actuator's side.
+std::vector<ChannelKind> compared_kinds(const Scenario& scenario, const Joint& joint) {
+  std::vector<ChannelKind> out;
+  for (const Quantity& quantity : quantity_table()) {
+    const bool measured = column_spec(scenario, quantity.kind, joint) != nullptr;
+    const bool starts_there = inverse(scenario) && quantity.predicted_by == PredictedBy::motion;
+    const bool predicted = quantity.predicted_by != PredictedBy::given && quantity.predicted_by != PredictedBy::nothing;
+    if (measured && predicted && !starts_there) out.push_back(quantity.kind);
+  }
+  if (!inverse(scenario) || column_spec(scenario, ChannelKind::effort, joint) != nullptr) return out;
+  const bool commanded = column_spec(scenario, ChannelKind::command, joint) != nullptr;
+  const bool passive = std::none_of(scenario.actuators.begin(), scenario.actuators.end(),
+                                    [&](const ActuatorSpec& a) { return a.joint == joint.name; });
+  if (commanded || passive) out.push_back(ChannelKind::command);
   return out;
 }
 
 std::vector<Channel> make_channels(const Scenario& scenario) {
   std::vector<Channel> channels;
-  for (const ChannelKind kind : {ChannelKind::position, ChannelKind::velocity, ChannelKind::effort}) {
-    const auto of_kind = scenario.channels.of.find(kind);
-    if (of_kind == scenario.channels.of.end()) continue;
+  for (const Quantity& quantity : quantity_table()) {
     for (int j = 0; j < scenario.robot->dof(); ++j) {
       const Joint& joint = scenario.robot->joints()[static_cast<std::size_t>(j)];
-      if (of_kind->second.count(joint.name) == 0) continue;
-      Channel channel{kind, j, unit_of(kind, joint.prismatic()), std::nan(""), false};
-      const auto stated = scenario.noise.find(kind);
-      if (stated != scenario.noise.end() && stated->second.count(joint.name) > 0) {
-        channel.noise = stated->second.at(joint.name);
-        channel.noise_stated = true;
-      }
-      channels.push_back(channel);
+      const std::vector<ChannelKind> kinds = compared_kinds(scenario, joint);
+      if (std::find(kinds.begin(), kinds.end(), quantity.kind) == kinds.end()) continue;
+      channels.push_back({quantity.kind, j, unit_of(quantity.kind, joint.prismatic()), std::nan(""), false});
+      set_stated_noise(scenario, channels.back());
     }
   }
   return channels;
 }
 
+/// The median over recordings of what the signal's differences show; NaN where no recording shows it.
+double estimated_noise(const std::vector<Cut>& cuts, ChannelKind kind, int joint) {
+  std::vector<double> estimates;
+  for (const Cut& piece : cuts) {
+    const double rms = noise_from_differences(piece.track->time, piece.signal(kind, joint));
+    if (std::isfinite(rms)) estimates.push_back(rms);
+  }
+  if (estimates.empty()) return std::nan("");
+  std::sort(estimates.begin(), estimates.end());
+  return estimates[estimates.size() / 2];
+}
+
+/// rms of a transducer's noise, stated or estimated; NaN: unknown, or no transducer.
+double transducer_noise(const Scenario& scenario, const std::vector<Cut>& cuts, ChannelKind kind, int joint) {
+  if (cuts.front().signal(kind, joint).empty()) return std::nan("");
+  Channel channel{kind, joint, "", std::nan(""), false};
+  set_stated_noise(scenario, channel);
+  return channel.noise_stated ? channel.noise : estimated_noise(cuts, kind, joint);
+}
+
 void estimate_noise(std::vector<Channel>& channels, const std::vector<Cut>& cuts) {
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (channels[c].noise_stated) continue;
-    std::vector<double> estimates;
-    for (const Cut& piece : cuts) {
-      const double rms = noise_from_differences(piece.track->time, piece.measured[c]);
-      if (std::isfinite(rms)) estimates.push_back(rms);
+  for (Channel& channel : channels) {
+    if (!channel.noise_stated && channel.kind != ChannelKind::command)
+      channel.noise = estimated_noise(cuts, channel.kind, channel.joint);
+  }
+}
+
+/// Whether inverse dynamics can be asked for at all: of every joint the position, of one what moves it.
+void refuse_unusable(const Scenario& scenario) {
+  if (!inverse(scenario)) return;
+  for (const Joint& joint : scenario.robot->joints()) {
+    if (column_spec(scenario, ChannelKind::position, joint) == nullptr) {
+      throw InputError(scenario.file.string() + ": channels.position", "none of the joint " + quoted(joint.name),
+                       "the position of every joint, from which inverse dynamics starts");
     }
-    if (estimates.empty()) continue;
-    std::sort(estimates.begin(), estimates.end());
-    channels[c].noise = estimates[estimates.size() / 2];
   }
 }
 
@@ -120,7 +179,8 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
                      std::size_t first, std::size_t count) {
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
   Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}, {}, {}, piece.session};
-  for (const std::vector<double>& column : piece.measured) {
+  for (const Channel& channel : channels) {
+    const std::vector<double>& column = piece.signal(channel.kind, channel.joint);
     const auto begin = column.begin() + static_cast<std::ptrdiff_t>(first);
     segment.measured.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(count));
   }
@@ -128,13 +188,13 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     const int c = find_channel(channels, ChannelKind::position, j);
     LocalState start;
     if (c >= 0) {
-      const std::vector<double>& column = piece.measured[static_cast<std::size_t>(c)];
+      const std::vector<double>& column = piece.signal(ChannelKind::position, j);
       start =
           local_state(piece.track->time, column, first, 0, column.size(), channels[static_cast<std::size_t>(c)].noise);
     }
     const int rate = find_channel(channels, ChannelKind::velocity, j);
     if (rate >= 0) {
-      const double v = piece.measured[static_cast<std::size_t>(rate)][first];
+      const double v = piece.signal(ChannelKind::velocity, j)[first];
       if (std::isfinite(v)) {
         start.slope = v;
         const double noise = channels[static_cast<std::size_t>(rate)].noise;
@@ -156,8 +216,81 @@ double median_spacing(const std::vector<double>& time) {
   return gaps[gaps.size() / 2];
 }
 
-void add_segments(const Scenario& scenario, int index, const Cut& piece, Experiment& out) {
+/// The transducers' signals of one recording, for inverse dynamics.
+RawMotion raw_motion(const Scenario& scenario, const std::vector<Cut>& cuts, const Cut& piece) {
+  RawMotion out;
+  out.time = piece.track->time;
+  for (int j = 0; j < scenario.robot->dof(); ++j) {
+    out.position.push_back(piece.signal(ChannelKind::position, j));
+    out.velocity.push_back(piece.signal(ChannelKind::velocity, j));
+    out.position_noise.push_back(transducer_noise(scenario, cuts, ChannelKind::position, j));
+    out.velocity_noise.push_back(transducer_noise(scenario, cuts, ChannelKind::velocity, j));
+  }
+  return out;
+}
+
+/// Commands in force at even times.
+std::shared_ptr<const CommandTrack> held_at(const CommandTrack& track, const std::vector<double>& at) {
+  auto out = std::make_shared<CommandTrack>();
+  out->time = at;
+  for (const std::vector<double>& value : track.value) {
+    std::vector<double> held(at.size());
+    std::size_t i = 0;
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      while (i + 1 < value.size() && track.time[i + 1] <= at[k]) ++i;
+      held[k] = value[i];
+    }
+    out->value.push_back(std::move(held));
+  }
+  return out;
+}
+
+/// A whole recording for inverse dynamics: everything on one even clock, what is compared filtered as the prediction
+/// is (once with the motion, once with the comparison) and thinned.
+Segment make_inverse_segment(const Scenario& scenario, int index, const std::vector<Cut>& cuts,
+                             const std::vector<Channel>& channels) {
+  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
+  const Cut& piece = cuts[static_cast<std::size_t>(index)];
+  const double cutoff = std::get<InverseDynamics>(scenario.prediction).cutoff_hz;
+  const std::size_t n = static_cast<std::size_t>(scenario.robot->dof());
+  Segment out{index, spec.role, spec.file, piece.track, 0, piece.track->time.size(), {}, {}, {}, {}, {}, piece.session};
+  out.q0.assign(n, 0.0), out.v0 = out.q0_error = out.v0_error = out.q0;
+  const double rate = static_cast<double>(out.count - 1) / (piece.track->time.back() - piece.track->time.front());
+  if (!(cutoff < 0.5 * rate)) {
+    throw InputError(spec.where, fmt::format("{:.4g} samples a second of {}", rate, quoted(spec.file)),
+                     fmt::format("more than twice the cutoff of {} Hz", cutoff));
+  }
+  set_motion(out, raw_motion(scenario, cuts, piece), cutoff);
+  const std::vector<double>& even = out.motion->time;
+  if (!is_even(piece.track->time)) out.commands = held_at(*piece.track, even);
+  const ZeroPhaseLowPass filter(cutoff, rate);
+  const Thinning thinning(cutoff, rate);
+  for (std::size_t k = thinning.edge; k + thinning.edge < out.count; k += thinning.stride) out.compared.push_back(k);
+  if (out.compared.size() < kFewestSamples) {
+    throw InputError(spec.where, fmt::format("{} s of {}", piece.track->time.back(), quoted(spec.file)),
+                     fmt::format("at least {} half cycles of the cutoff", kFewestSamples));
+  }
+  for (const Channel& channel : channels) {
+    const std::size_t j = static_cast<std::size_t>(channel.joint);
+    std::vector<double> signal = channel.kind == ChannelKind::command
+                                     ? out.commands->value[j]
+                                     : resampled(is_even(piece.track->time) ? even : piece.track->time,
+                                                 piece.signal(channel.kind, channel.joint), even);
+    for (int pass = 0; pass < kInversePasses; ++pass) filter.apply(signal);
+    std::vector<double> thinned;
+    for (const std::size_t k : out.compared) thinned.push_back(signal[k]);
+    out.measured.push_back(std::move(thinned));
+  }
+  return out;
+}
+
+void add_segments(const Scenario& scenario, int index, const std::vector<Cut>& cuts, Experiment& out) {
+  const Cut& piece = cuts[static_cast<std::size_t>(index)];
   const std::vector<double>& time = piece.track->time;
+  if (inverse(scenario)) {
+    out.segments.push_back(make_inverse_segment(scenario, index, cuts, out.channels));
+    return;
+  }
   const auto* windows = std::get_if<Windows>(&scenario.prediction);
   if (windows == nullptr) {
     out.segments.push_back(make_segment(scenario, index, piece, out.channels, 0, time.size()));
@@ -199,17 +332,26 @@ std::map<std::string, double> session_offsets(const Scenario& scenario) {
   return out;
 }
 
-/// rms about zero (commands) or about the mean (positions) over the train recordings.
+/// What transducers' noise is left with after the filters of inverse dynamics.
+void filter_noise(const Scenario& scenario, Experiment& out) {
+  const auto* inverse = std::get_if<InverseDynamics>(&scenario.prediction);
+  if (inverse == nullptr) return;
+  const double gain =
+      filter_gain(ZeroPhaseLowPass(inverse->cutoff_hz, out.segments.front().motion->rate), kInversePasses).value;
+  for (Channel& channel : out.channels) channel.noise *= gain;
+}
+
+/// rms about zero (commands, efforts) or about the mean (positions) over the train recordings.
 void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Experiment& out) {
   for (int j = 0; j < scenario.robot->dof(); ++j) {
-    double u2 = 0, q2 = 0, v2 = 0, q_sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
-    std::size_t n_u = 0, n_q = 0, n_v = 0;
-    const int c = find_channel(out.channels, ChannelKind::position, j);
+    double u2 = 0, q2 = 0, v2 = 0, e2 = 0, q_sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
+    std::size_t n_u = 0, n_q = 0, n_v = 0, n_e = 0;
     for (std::size_t r = 0; r < cuts.size(); ++r) {
       if (scenario.recordings[r].role != Role::train) continue;
       for (const double u : cuts[r].track->value[static_cast<std::size_t>(j)]) u2 += u * u, ++n_u;
-      if (c < 0) continue;
-      const std::vector<double>& q = cuts[r].measured[static_cast<std::size_t>(c)];
+      for (const double e : cuts[r].signal(ChannelKind::effort, j))
+        if (std::isfinite(e)) e2 += e * e, ++n_e;
+      const std::vector<double>& q = cuts[r].signal(ChannelKind::position, j);
       const std::vector<double>& t = cuts[r].track->time;
       const std::size_t stride = std::max<std::size_t>(1, q.size() / 500);  // speed over strides: above the noise
       for (std::size_t i = 0; i < q.size(); ++i) {
@@ -224,6 +366,7 @@ void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Exper
     const double mean = n_q > 0 ? q_sum / static_cast<double>(n_q) : 0.0;
     out.position_middle.push_back(n_q > 0 ? 0.5 * (low + high) : 0.0);
     out.position_reach.push_back(n_q > 0 ? 0.5 * (high - low) : 0.0);
+    out.effort_rms.push_back(n_e > 0 ? std::sqrt(e2 / static_cast<double>(n_e)) : 0.0);
     out.command_rms.push_back(n_u > 0 ? std::sqrt(u2 / static_cast<double>(n_u)) : 0.0);
     out.position_rms.push_back(n_q > 0 ? std::sqrt(std::max(0.0, q2 / static_cast<double>(n_q) - mean * mean)) : 0.0);
     out.speed_rms.push_back(n_v > 0 ? std::sqrt(v2 / static_cast<double>(n_v)) : 0.0);
@@ -379,7 +522,13 @@ std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, cons
   return track;
 }
 
+void set_motion(Segment& segment, RawMotion raw, double cutoff_hz) {
+  segment.motion = std::make_shared<const MeasuredMotion>(measured_motion(raw, cutoff_hz));
+  segment.raw = std::make_shared<const RawMotion>(std::move(raw));
+}
+
 Experiment make_experiment(const Scenario& scenario) {
+  refuse_unusable(scenario);
   Experiment out;
   out.prediction = scenario.prediction;
   out.channels = make_channels(scenario);
@@ -390,11 +539,13 @@ Experiment make_experiment(const Scenario& scenario) {
   std::vector<Cut> cuts;
   const std::map<std::string, double> session = session_offsets(scenario);
   for (const RecordingSpec& spec : scenario.recordings)
-    cuts.push_back(cut(scenario, spec, out.channels, session.at(spec.file)));
+    cuts.push_back(cut(scenario, spec, session.at(spec.file)));
   if (cuts.empty()) throw InputError(scenario.file.string() + ": recordings", "none", "at least one");
-  out.sample_period = scenario.sample_period.value_or(median_spacing(cuts.front().track->time));
+  const std::vector<double>& clock = cuts.front().track->time;
+  out.sample_period = scenario.sample_period.value_or(inverse(scenario) ? even_times(clock)[1] : median_spacing(clock));
   estimate_noise(out.channels, cuts);
-  for (std::size_t r = 0; r < cuts.size(); ++r) add_segments(scenario, static_cast<int>(r), cuts[r], out);
+  for (std::size_t r = 0; r < cuts.size(); ++r) add_segments(scenario, static_cast<int>(r), cuts, out);
+  filter_noise(scenario, out);
   measure_sizes(scenario, cuts, out);
   for (const Cut& piece : cuts) out.span = std::max(out.span, piece.session + piece.track->time.back());
   return out;

@@ -5,16 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "physics/measured_motion.h"
 #include "scenarios/scenario.h"
 
 namespace lacuna {
 
-/// A measured quantity that predictions are compared with.
+/// A measured quantity that predictions are compared with. Kinds, units and stages: physics/quantity.h.
 struct Channel {
   ChannelKind kind = ChannelKind::position;
   int joint = 0;
   std::string unit;
-  double noise = 0.0;  ///< rms, channel units; NaN where neither stated nor estimated
+  double noise = 0.0;  ///< rms, channel units, of what is compared (after any filter); NaN: neither stated nor estimated
   bool noise_stated = false;
 };
 
@@ -32,7 +33,7 @@ struct Segment {
   std::string file;
   std::shared_ptr<const CommandTrack> commands;
   std::size_t first = 0, count = 0;           ///< samples of the track that the segment covers
-  std::vector<std::vector<double>> measured;  ///< [channel][sample of the segment]; NaN where missing
+  std::vector<std::vector<double>> measured;  ///< [channel][compared sample]; NaN where missing
   std::vector<double> q0, v0;                 ///< start of the simulation, from the measured positions
   std::vector<double> q0_error, v0_error;     ///< standard errors of these; 0 where the noise is unknown
   /// s, from the session's start to time 0 of the track: recordings follow one another in the order of the scenario,
@@ -41,7 +42,15 @@ struct Segment {
   /// What the errors of the start do to the prediction (ga/start_effects.h); null: the start is taken as exact.
   std::shared_ptr<const StartEffects> start_effects = {};
 
+  /// Inverse dynamics only: the motion on even samples, which the track's are, too, and those of its samples that are
+  /// compared (low-passed signals are thinned to twice the cutoff).
+  std::shared_ptr<const MeasuredMotion> motion = {};
+  std::shared_ptr<const RawMotion> raw = {};  ///< what the motion was made from
+  std::vector<std::size_t> compared = {};
+
   double time(std::size_t sample) const { return commands->time[first + sample]; }
+  /// s, of a sample of `measured`.
+  double compared_time(std::size_t k) const { return time(compared.empty() ? k : compared[k]); }
 };
 
 /// Everything that does not change while parameters are searched.
@@ -56,6 +65,7 @@ struct Experiment {
   std::size_t sample_count(Role role) const;    ///< measured values, all channels
   /// rms of the command and of the measured positions' speed per joint (train recordings): sizes for searches.
   std::vector<double> command_rms, speed_rms, position_rms;
+  std::vector<double> effort_rms;                       ///< of the measured effort (train); 0 where not measured
   std::vector<double> position_middle, position_reach;  ///< middle and half of the range travelled (train)
   double span = 0.0;                                    ///< s, length of the session
 };
@@ -66,9 +76,14 @@ bool share_clock(const Segment& one, const Segment& other);
 /// The commands of one loaded recording over its time range. Throws InputError where that is shorter than ten samples.
 std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec);
 
-/// Cuts the scenario's recordings. Throws InputError where nothing is measured, there is no recording, or one is
-/// shorter than ten samples or than the horizon.
+/// Cuts the scenario's recordings. Compared are the measured positions, speeds and efforts; in inverse dynamics the
+/// measured efforts or, of joints without one, the command that stands for it (of passive joints an effort of 0), all
+/// filtered as the motion is. Throws InputError where nothing is measured, there is no recording, one is shorter than
+/// ten samples or than the horizon, or something is given that this prediction cannot use.
 Experiment make_experiment(const Scenario& scenario);
+
+/// Inverse dynamics: the same experiment with other positions and speeds in a segment.
+void set_motion(Segment& segment, RawMotion raw, double cutoff_hz);
 
 /// Start of a piece of a signal: value and slope at time[at], by the widest local polynomial (constant, line, parabola)
 /// that explains samples [begin, end) around it down to the noise. NaN samples are skipped. The errors are those of a

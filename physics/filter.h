@@ -34,6 +34,9 @@ class ZeroPhaseLowPass {
     for (std::size_t i = 0; i < n; ++i) signal[offset + i * stride] = x[pad + i];
   }
 
+  /// Samples over which it remembers: what lies further away no longer counts.
+  std::size_t reach() const { return pad_; }
+
  private:
   struct Section {
     double b0, b1, b2, a1, a2;

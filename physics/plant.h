@@ -117,6 +117,21 @@ class Plant {
     s.u = T(0.0);
     return whole - actuator_effort(joint(j), s, z, nullptr);
   }
+  /// What a drive that stores energy itself (an oil spring) gives by itself: it stands before the point at which efforts
+  /// are measured. Losses and springs of other actuators stand behind it and are no part of this.
+  T own_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m) {
+    if (!stores_energy(j)) return T(0.0);
+    (void)m;
+    return actuator_effort(joint(j), view(joint(j), now, q, v, T(0.0)), z, nullptr);
+  }
+  /// What joint j's effort transducer makes of an effort.
+  T measured_effort(int, const T& effort) const { return effort; }
+  /// By how much the actuator's side leads the link under an effort that passes the transmission, rad (m).
+  T lead(int, const Instant<T>&, const T&) const { return T(0.0); }
+  bool stores_energy(int j) const {
+    return std::any_of(joint(j).actuator.begin(), joint(j).actuator.end(),
+                       [](const Bound& c) { return c.hooks->states > 0; });
+  }
   /// What acts besides, on a joint that is also loaded by `given` (N m or N).
   T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m, const T& given) {
     return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, given);

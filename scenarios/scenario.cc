@@ -14,6 +14,7 @@ const char* to_string(ChannelKind kind) {
     case ChannelKind::position: return "position";
     case ChannelKind::velocity: return "velocity";
     case ChannelKind::effort: return "effort";
+    case ChannelKind::motor_position: return "motor_position";
     case ChannelKind::pressure_a: return "pressure_a";
     case ChannelKind::pressure_b: return "pressure_b";
   }

@@ -54,7 +54,7 @@ struct ColumnSpec {
   std::string where;
 };
 
-enum class ChannelKind { command, position, velocity, effort, pressure_a, pressure_b };
+enum class ChannelKind { command, position, velocity, effort, motor_position, pressure_a, pressure_b };
 const char* to_string(ChannelKind kind);
 
 /// Columns of every joint; joints without a channel of a kind are absent from its map.

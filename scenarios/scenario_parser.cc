@@ -15,8 +15,8 @@ namespace lacuna {
 namespace {
 
 const char* const kScenarioFormat = "lacuna-scenario/1";
-constexpr std::array kKinds{ChannelKind::command, ChannelKind::position,   ChannelKind::velocity,
-                            ChannelKind::effort,  ChannelKind::pressure_a, ChannelKind::pressure_b};
+constexpr std::array kKinds{ChannelKind::command,        ChannelKind::position,   ChannelKind::velocity,  ChannelKind::effort,
+                            ChannelKind::motor_position, ChannelKind::pressure_a, ChannelKind::pressure_b};
 constexpr std::array kRoles{Role::train, Role::validate, Role::test};
 
 double value_of_parameter(const YamlCursor& cursor) {

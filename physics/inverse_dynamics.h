@@ -1,0 +1,198 @@
+// What a measured motion needs: efforts by inverse dynamics, component states and memories carried along it.
+//
+// The motion is measured and filtered once (Segment::motion); what it needs is filtered once more, so that it has gone
+// through the filter as often as the measured efforts that it is compared with, and thinned as they are. No measured
+// signal is changed.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "physics/experiment.h"
+#include "physics/filter.h"
+#include "physics/plant.h"
+
+namespace lacuna {
+
+/// The effort x = f(x) of a joint whose friction depends on it, from x = 0. f is a line on each side of a turn in the
+/// load, where Steffensen's step is exact: two find the side and the point; the third is for a turn met on the way.
+template <class T, class Function>
+T fixed_point(const Function& f) {
+  constexpr int kSteps = 3;
+  T x(0.0);
+  for (int step = 0; step < kSteps; ++step) {
+    const T once = f(x), twice = f(once);
+    const T change = once - x, bend = twice - once - change;
+    x = select(abs(bend) > T(1e-12) * abs(change), x - change * change / bend, twice);
+  }
+  return x;
+}
+
+/// The command in force at a sample, delays taken off; before the track's start its first value.
+template <class T, class Dyn>
+T delayed_command(const Plant<T, Dyn>& plant, const Segment& segment, int joint, std::size_t sample) {
+  const std::vector<double>& value = segment.commands->value[static_cast<std::size_t>(joint)];
+  if (!plant.delayed(joint)) return T(value[segment.first + sample]);
+  const std::vector<double>& time = segment.commands->time;
+  const T delay = plant.delay(joint);
+  T out(0.0);
+  for (int k = 0; k < kLanes<T>; ++k) {
+    const double at = time[segment.first + sample] - lane(delay, k) + 1e-12;
+    const auto after = std::upper_bound(time.begin(), time.end(), at);
+    set_lane(out, k, value[after == time.begin() ? 0 : static_cast<std::size_t>(after - time.begin()) - 1]);
+  }
+  return out;
+}
+
+template <class T, class Dyn>
+class InverseDynamicsRun {
+ public:
+  InverseDynamicsRun(Plant<T, Dyn>& plant, const Segment& segment)
+      : plant_(plant), segment_(segment), motion_(*segment.motion), n_(static_cast<std::size_t>(plant.dof())) {
+    for (std::vector<T>* each : {&q_, &v_, &a_, &u_, &tau_}) each->assign(n_, T(0.0));
+    z_.assign(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
+    m_.assign(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
+  }
+
+  /// [channel][compared sample]: an effort, the command that the actuator would need for it, or the actuator's side.
+  void run(const std::vector<Channel>& channels, double cutoff_hz, std::vector<std::vector<T>>& out) {
+    std::vector<std::vector<T>> whole(channels.size(), std::vector<T>(motion_.samples()));
+    std::vector<std::vector<T>> given(channels.size());
+    for (std::size_t c = 0; c < channels.size(); ++c)
+      if (channels[c].kind == ChannelKind::command) given[c].resize(motion_.samples());
+    for (std::size_t k = 0; k < motion_.samples(); ++k) {
+      arrive(k);
+      for (std::size_t c = 0; c < channels.size(); ++c) {
+        const int j = channels[c].joint;
+        const T needed = needed_effort(j, channels[c].kind == ChannelKind::effort);
+        whole[c][k] = needed;
+        if (channels[c].kind == ChannelKind::command) given[c][k] = driven_effort(j);
+        if (channels[c].kind == ChannelKind::effort) whole[c][k] = plant_.measured_effort(j, needed);
+        if (channels[c].kind == ChannelKind::motor_position)
+          whole[c][k] = q_[static_cast<std::size_t>(j)] + plant_.lead(j, now_, needed);
+      }
+    }
+    filtered(channels, cutoff_hz, whole, given, out);
+  }
+
+ private:
+  /// States are carried in steps no longer than this.
+  static constexpr double kStateStep = 1e-3;  // s
+  static constexpr double kResolvedSteps = 0.7;
+
+  void read(std::size_t k) {
+    for (std::size_t j = 0; j < n_; ++j) {
+      q_[j] = T(motion_.q[j][k]), v_[j] = T(motion_.v[j][k]), a_[j] = T(motion_.a[j][k]);
+      u_[j] = delayed_command(plant_, segment_, static_cast<int>(j), k);
+    }
+  }
+
+  /// To sample k, states and memories with it.
+  void arrive(std::size_t k) {
+    const T t(segment_.session + motion_.time[k]);
+    if (k == 0) {
+      read(0);
+      now_ = {t, T(0.0), v_.data()};
+      if (plant_.states() > 0) plant_.initial_states(q_.data(), v_.data(), u_.data(), z_.data());
+      plant_.begin_memories(now_, q_.data(), v_.data(), u_.data(), nullptr, m_.data());
+    } else {
+      if (plant_.states() > 0) carry_states(k);
+      read(k);
+      now_ = {t, T(motion_.time[k] - motion_.time[k - 1]), v_.data()};
+    }
+    plant_.inverse_dynamics(q_.data(), v_.data(), a_.data(), tau_.data());
+    for (std::size_t j = 0; j < n_; ++j)
+      plant_.effort(static_cast<int>(j), now_, q_[j], v_[j], u_[j], z_.data(), m_.data(), nullptr, m_.data());
+    now_.since = T(0.0);  // the memories are of this sample by now
+  }
+
+  /// From sample k - 1 to k by Kutta's steps along the straight line between both, commands held.
+  void carry_states(std::size_t k) {
+    const double dt = motion_.time[k] - motion_.time[k - 1];
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt / kStateStep)));
+    const double h = dt / steps;
+    plant_.resolve(kResolvedSteps * h);
+    std::vector<T> stage = z_, k1(z_.size()), k2 = k1, k3 = k1, k4 = k1;
+    const auto rates = [&](double share, const std::vector<T>& z, std::vector<T>& out) {
+      for (std::size_t j = 0; j < n_; ++j) {
+        q_[j] = T(motion_.q[j][k - 1] + share * (motion_.q[j][k] - motion_.q[j][k - 1]));
+        v_[j] = T(motion_.v[j][k - 1] + share * (motion_.v[j][k] - motion_.v[j][k - 1]));
+      }
+      const Instant<T> at{T(segment_.session + motion_.time[k - 1] + share * dt), T(0.0), v_.data()};
+      for (std::size_t j = 0; j < n_; ++j)
+        plant_.effort(static_cast<int>(j), at, q_[j], v_[j], u_[j], z.data(), m_.data(), out.data(), nullptr);
+    };
+    const auto moved = [&](const std::vector<T>& rate, double by) {
+      for (std::size_t i = 0; i < z_.size(); ++i) stage[i] = z_[i] + T(by) * rate[i];
+    };
+    for (int s = 0; s < steps; ++s) {
+      const double begin = static_cast<double>(s) / steps, half = 0.5 / steps;
+      rates(begin, z_, k1);
+      moved(k1, 0.5 * h);
+      rates(begin + half, stage, k2);
+      moved(k2, 0.5 * h);
+      rates(begin + half, stage, k3);
+      moved(k3, h);
+      rates(begin + 2.0 * half, stage, k4);
+      for (std::size_t i = 0; i < z_.size(); ++i)
+        z_[i] = z_[i] + T(h / 6.0) * (k1[i] + T(2.0) * (k2[i] + k3[i]) + k4[i]);
+    }
+  }
+
+  T driven_effort(int j) {
+    const std::size_t i = static_cast<std::size_t>(j);
+    return plant_.driven_effort(j, now_, q_[i], v_[i], u_[i], z_.data(), m_.data());
+  }
+
+  /// What the drive must give joint j; `all_of_it`: with what its actuator gives by itself, where that is no loss behind
+  /// the point at which efforts are measured.
+  T needed_effort(int j, bool all_of_it) {
+    const std::size_t i = static_cast<std::size_t>(j);
+    const T direction = direction_of(i);
+    const auto behind = [&](const T& effort) {
+      const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data(), effort);
+      return tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), u_[i]);
+    };
+    // Friction may depend on the very effort that is sought.
+    const T needed = plant_.is_loaded(j) ? fixed_point<T>(behind) : behind(T(0.0));
+    return all_of_it ? needed + plant_.own_effort(j, now_, q_[i], v_[i], z_.data(), m_.data()) : needed;
+  }
+
+  /// The sign of the speed as far as its noise lets it be known: the mean of sgn over a normal error of rms v_error,
+  /// erf(v / (sqrt 2 v_error)), by tanh (within .02).
+  T direction_of(std::size_t j) const {
+    const double error = motion_.v_error[j];
+    if (!(error > 0.0) || !plant_.has_dry_friction(static_cast<int>(j))) return sign(v_[j]);
+    return tanh(v_[j] * T(std::sqrt(2.0 * std::numbers::inv_pi) / error));
+  }
+
+  /// Filters and thins. A command that would be needed is the one given and what is missing to it, in its own unit.
+  void filtered(const std::vector<Channel>& channels, double cutoff_hz, std::vector<std::vector<T>>& whole,
+                std::vector<std::vector<T>>& given, std::vector<std::vector<T>>& out) const {
+    const ZeroPhaseLowPass filter(cutoff_hz, motion_.rate);
+    out.assign(channels.size(), {});
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      std::vector<T>& signal = whole[c];
+      if (channels[c].kind == ChannelKind::command) {
+        filter.apply(given[c]);
+        for (std::size_t k = 0; k < signal.size(); ++k)
+          signal[k] = (signal[k] - given[c][k]) / plant_.gain(channels[c].joint);
+      }
+      filter.apply(signal);
+      out[c].reserve(segment_.compared.size());
+      for (const std::size_t k : segment_.compared) out[c].push_back(signal[k]);
+      if (channels[c].kind != ChannelKind::command) continue;
+      for (std::size_t k = 0; k < out[c].size(); ++k) out[c][k] = out[c][k] + T(segment_.measured[c][k]);
+    }
+  }
+
+  Plant<T, Dyn>& plant_;
+  const Segment& segment_;
+  const MeasuredMotion& motion_;
+  std::size_t n_;
+  std::vector<T> q_, v_, a_, u_, tau_, z_, m_;
+  Instant<T> now_;
+};
+
+}  // namespace lacuna
