@@ -27,10 +27,10 @@ bool can_act(const Hooks<double>& hooks, const CurrentModel& current, const Expe
   return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
 }
 
-/// Whether joint j's actuator stands for a valve and a cylinder: all models do but those whose command is the effort.
+/// Whether joint j's actuator stands for a valve and a cylinder.
 bool is_hydraulic(const CurrentModel& current, int j) {
   const int type = current.model.actuators()[static_cast<std::size_t>(j)].type;
-  return type >= 0 && std::string(actuator_table()[static_cast<std::size_t>(type)].name) != "direct_effort";
+  return type >= 0 && actuator_table()[static_cast<std::size_t>(type)].hydraulic;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ struct Backlash : SideOfItsOwn<Backlash> {
         "backlash",
         "Backlash",
         Where::joint,
+        Stage::transmission,
         "no effort while the actuator crosses from -gap to +gap; beyond, tau = k (theta - q -+ gap) + c (theta' - v)",
         "lost motion after each reversal of the effort",
         "sensor_backlash, valve_hysteresis",

@@ -11,6 +11,7 @@ struct JointCompliance : SideOfItsOwn<JointCompliance> {
     EffectInfo info{"joint_compliance",
                     "Joint compliance",
                     Where::joint,
+                    Stage::transmission,
                     "tau = k (theta - q) + c (theta' - v); J theta'' = K u - D theta' - S (theta - rest) - tau",
                     "the joint gives under load; ringing, phase",
                     "stiffness, actuator_lag, input_delay",
