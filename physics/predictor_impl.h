@@ -94,7 +94,7 @@ void predict_inverse_dynamics(Plant<T, Dyn>& plant, const Experiment& experiment
       given[j][k] = plant.driven_effort(joint, here, qk[j], vk[j], uk[j], z.data(), m.data());
       const auto behind = [&](const T& effort) {
         return tau[j] - plant.passive_effort(joint, here, qk[j], vk[j], z.data(), m.data(), effort) +
-               sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), uk[j]);
+               sign(vk[j]) * plant.dry_friction(joint, here, qk[j], abs(vk[j]), sign(vk[j]), uk[j]);
       };
       // Friction may depend on the very effort that is sought.
       needed[j][k] = plant.is_loaded(joint) ? fixed_point<T>(behind) : behind(T(0.0));
