@@ -39,6 +39,7 @@ Json catalogue_json() {
     out["effects"].push_back({{"name", e.name},
                               {"title", e.title},
                               {"where", place_of(e)},
+                              {"stage", to_string(e.stage)},
                               {"equation", e.equation},
                               {"parameters", to_json(e.parameters)},
                               {"shows_as", e.shows_as},
@@ -46,8 +47,11 @@ Json catalogue_json() {
                               {"source", e.source},
                               {"per_recording", e.per_recording}});
   for (const ActuatorInfo& a : actuator_table())
-    out["actuators"].push_back(
-        {{"name", a.name}, {"equation", a.equation}, {"use", a.use}, {"parameters", to_json(a.parameters)}});
+    out["actuators"].push_back({{"name", a.name},
+                                {"equation", a.equation},
+                                {"use", a.use},
+                                {"input", to_string(a.input)},
+                                {"parameters", to_json(a.parameters)}});
   return out;
 }
 
@@ -63,17 +67,19 @@ std::string row(const char* label, const std::string& text) {
 }
 
 std::string catalogue_text() {
-  std::string out = "Effects, by name and place\n\n";
+  std::string out =
+      "Effects, by name, place and stage of the chain command > valve > flow > effort > transmission > link > "
+      "reading\n\n";
   for (const EffectInfo& e : effect_table()) {
-    out +=
-        fmt::format("{}  ({}{})\n", e.name, place_of(e), e.per_recording ? ", possibly in some recordings only" : "");
+    out += fmt::format("{}  ({}, stage {}{})\n", e.name, place_of(e), to_string(e.stage),
+                       e.per_recording ? ", possibly in some recordings only" : "");
     out += row("equation", e.equation) + row("parameters", parameters_of(e.parameters)) + row("shows as", e.shows_as) +
            row("hidden by", e.hidden_by) + row("source", e.source) + "\n";
   }
   out += "Actuator models\n\n";
   for (const ActuatorInfo& a : actuator_table())
     out += fmt::format("{}\n", a.name) + row("equation", a.equation) + row("parameters", parameters_of(a.parameters)) +
-           row("use", a.use) + "\n";
+           row("command", fmt::format("enters at stage {}", to_string(a.input))) + row("use", a.use) + "\n";
   return out + "Units are those of a turning joint; for a sliding one N for N m and m for rad.\n";
 }
 

@@ -211,6 +211,7 @@ class Writer {
         {"stribeck_friction", "Fc as frictionloss, the rest not in this file"},
         {"payload", "in the inertia of the body that carries it"},
         {"com_shift", "in the inertial of its body"},
+        {"rigid_body", "in the inertial of its body"},
         {"armature", "as armature"},
         {"base_tilt", "in the direction of gravity"}};
     static const std::map<std::string, const char*> kept_by_the_valve = {

@@ -110,7 +110,7 @@ Hidden::Hidden(const HiddenEffect& asked, const PlantModel& plain, const Experim
   if (!asked.recordings.empty() && !info_.per_recording)
     throw InputError("--recordings", "with " + asked.effect,
                      "an effect that may act in some recordings only, as payload");
-  parameters_ = effect_parameters(info_, plain.robot(), joint ? *joint : -1);
+  parameters_ = effect_parameters(info_, plain.robot(), info_.where == Where::joint ? *joint : -1);
   for (const EffectParameter& p : parameters_) {
     const double size = typical_size(p.info->scale, plain, experiment, p.joint, values);
     const bool typical = !p.info->starts.empty() && !p.info->optional;

@@ -11,26 +11,46 @@ namespace {
 /// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay
 /// finite.
 constexpr double kWidest = 1e3;
+constexpr double kFurthest = 5.0;      ///< place of a load, in tenths of the arm's length
 constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
 
 bool moves_under_command(const Experiment& experiment, int joint) {
   return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
 }
 
+bool has_channel(const Experiment& experiment, ChannelKind kind, int joint) {
+  return std::any_of(experiment.channels.begin(), experiment.channels.end(),
+                     [&](const Channel& c) { return c.kind == kind && c.joint == joint; });
+}
+
+/// Whether anything that is compared lies behind the stage at which an effect of the catalogue acts on joint j. By
+/// inverse dynamics an effort is explained from the motion back: what stands before it in the chain has had its say in
+/// the measurement, what reads the motion was taken as it is, and what lies between two sides shows in the actuator's.
+bool shows(const EffectInfo& info, const Experiment& experiment, int j) {
+  if (!std::holds_alternative<InverseDynamics>(experiment.prediction)) return !info.in_efforts;
+  if (!has_channel(experiment, ChannelKind::effort, j) && !has_channel(experiment, ChannelKind::command, j)) return false;
+  switch (info.stage) {
+    case Stage::link: return true;
+    case Stage::transmission: return info.in_efforts || has_channel(experiment, ChannelKind::motor_position, j);
+    default: return false;
+  }
+}
+
 /// Whether an effect can act at joint j at all: on a command or an actuator where there is one, on a motion where it is
-/// measured and moves, on a reading where positions are predicted.
-bool can_act(const Hooks<double>& hooks, const CurrentModel& current, const Experiment& experiment, int j) {
+/// measured and moves.
+bool can_act(const EffectInfo& info, const Hooks<double>& hooks, const CurrentModel& current,
+             const Experiment& experiment, int j) {
+  if (!shows(info, experiment, j)) return false;
   const bool driven =
       current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
   if (hooks.command != nullptr || hooks.delay != nullptr) return driven;
-  if (hooks.sense != nullptr && std::holds_alternative<InverseDynamics>(experiment.prediction)) return false;
   return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
 }
 
-/// Whether joint j's actuator stands for a valve and a cylinder: all models do but those whose command is the effort.
+/// Whether joint j's actuator stands for a valve and a cylinder.
 bool is_hydraulic(const CurrentModel& current, int j) {
   const int type = current.model.actuators()[static_cast<std::size_t>(j)].type;
-  return type >= 0 && std::string(actuator_table()[static_cast<std::size_t>(type)].name) != "direct_effort";
+  return type >= 0 && actuator_table()[static_cast<std::size_t>(type)].hydraulic;
 }
 
 }  // namespace
@@ -39,12 +59,14 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
   std::vector<EffectSpec> out;
   const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
   if (info.where == Where::arm) {
-    bool any = !info.hydraulic;
-    for (int j = 0; j < current.model.dof(); ++j) any = any || is_hydraulic(current, j);
-    if (any) out.push_back({info.name, "arm", {}, {}, info.name});
+    bool any = false;
+    for (int j = 0; j < current.model.dof(); ++j)
+      any = any || ((!info.hydraulic || is_hydraulic(current, j)) && shows(info, experiment, j));
+    const bool base_moves = hooks.base != nullptr;  // which a measured motion of the joints does not show
+    if (any && !(base_moves && std::holds_alternative<InverseDynamics>(experiment.prediction))) out.push_back({info.name, "arm", {}, {}, info.name});
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
-      if (!can_act(hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
+      if (!can_act(info, hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
       out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
     }
   }
@@ -77,8 +99,9 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
       axis.lower = std::max(p.lower, middle - size);
       axis.upper = std::min(p.upper, middle + size);
     } else if (p.info->scale == Scale::length) {
-      axis.lower = std::max(p.lower, -size);
-      axis.upper = std::min(p.upper, size);
+      const double most = p.info->optional ? kFurthest * size : size;  // what is carried may reach out further
+      axis.lower = std::max(p.lower, -most);
+      axis.upper = std::min(p.upper, most);
     } else {
       // What must stay positive starts at a thousandth of its size, below any resolution.
       axis.lower = std::max(p.lower, p.info->optional ? 1e-3 * size : -kWidest * size);

@@ -5,8 +5,17 @@
 #include <vector>
 
 #include "physics/component.h"
+#include "physics/stage.h"
 
 namespace lacuna {
+
+/// Which of an actuator's parameters play the parts that the rest of the plant asks for: indices; -1: it has none.
+struct ActuatorRoles {
+  int gain = -1;       ///< what a command is multiplied by: efforts divided by it are in units of the command
+  int damping = -1;    ///< N m s/rad (N s/m), effort lost per speed
+  int stiffness = -1;  ///< N m/rad (N/m), effort per way
+  int rest = -1;       ///< rad (m), position at which that spring is slack
+};
 
 struct ActuatorInfo {
   const char* name;
@@ -14,6 +23,12 @@ struct ActuatorInfo {
   const char* use;
   std::vector<ParameterInfo>
       parameters;  ///< neutral: the default where a scenario leaves the parameter out; NaN: required
+  ActuatorRoles roles;
+  /// Where its command enters the chain. Before that point there is only the command's own way (Stage::command):
+  /// an actuator whose command is an effort has no valve.
+  Stage input;
+  bool hydraulic = false;  ///< stands for a valve and a cylinder: effects whose cause these are may act
+  int states = 0;          ///< of its own, integrated with the motion
 };
 
 enum class Where { joint, arm };
@@ -23,6 +38,7 @@ struct EffectInfo {
   const char* name;   ///< identifier in files
   const char* title;  ///< for people
   Where where;
+  Stage stage;  ///< where in the chain it acts
   const char* equation;
   const char* shows_as;   ///< what a user sees
   const char* hidden_by;  ///< what mimics it
@@ -33,6 +49,10 @@ struct EffectInfo {
   /// inertia behind it. Null: none.
   const char* contains = nullptr;
   bool hydraulic = false;  ///< its cause is a valve's or cylinder's: not sought where the effort itself is commanded
+  /// Sought where efforts are predicted: of positions alone, its numbers and those of others that do the same to a motion
+  /// (a valve's offset, an actuator's damping, a shifted centre of mass) are hardly told apart. A scenario may hold it
+  /// anywhere.
+  bool in_efforts = false;
 };
 
 const std::vector<ActuatorInfo>& actuator_table();

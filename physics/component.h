@@ -28,10 +28,13 @@ struct JointView {
   const T* actuator = nullptr;  ///< parameters of the joint's actuator
   const T* z = nullptr;         ///< the component's own states
   const T* m = nullptr;         ///< the component's own memories at this instant
-  const T* speeds = nullptr;    ///< rad/s (m/s), v of all the arm's joints
-  int joints = 0;               ///< how many
-  T drive = T(0.0);             ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
-  T load = T(0.0);              ///< N m or N, that effort without the actuator's damping: what loads the joint
+  /// Of dry friction that is asked for: the way in which the joint slides, or at rest the way in which it is pulled; 0:
+  /// neither.
+  T direction = T(0.0);
+  const T* speeds = nullptr;  ///< rad/s (m/s), v of all the arm's joints
+  int joints = 0;             ///< how many
+  T drive = T(0.0);           ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T load = T(0.0);            ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
@@ -81,6 +84,8 @@ struct ParameterInfo {
   bool optional = false;  ///< a refinement of the effect's shape: tried free, and fixed at its neutral value
   /// Of an effect on the whole arm: one for every joint ("flow_joint_1"), after all others in `p`.
   bool per_joint = false;
+  /// The parameter of the same component below which this one must not lie; null: none. Loading refuses what does.
+  const char* at_least = nullptr;
 };
 
 /// What an arm's base stands on.
@@ -104,7 +109,8 @@ template <class T>
 struct Hooks {
   T (*command)(const T* p, const JointView<T>& s) = nullptr;  ///< V: s.u changed
   T (*effort)(const T* p, const JointView<T>& s) = nullptr;   ///< N m or N: smooth effort on the joint
-  /// N m or N, >= 0: dry friction's magnitude at sliding speed `speed` >= 0; at speed 0 the break-away effort.
+  /// N m or N, >= 0: dry friction's magnitude at sliding speed `speed` >= 0; at speed 0 the break-away effort, in
+  /// either case in the direction of s.direction.
   T (*dry_friction)(const T* p, const T& speed, const JointView<T>& s) = nullptr;
   T (*delay)(const T* p) = nullptr;                                   ///< s, of the command
   void (*rate)(const T* p, const JointView<T>& s, T* out) = nullptr;  ///< derivatives of the component's states
@@ -119,11 +125,16 @@ struct Hooks {
   /// place.
   void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;
   int memories = 0;
-  bool loaded = false;  ///< dry_friction looks at s.load
+  bool loaded = false;    ///< dry_friction looks at s.load
+  bool directed = false;  ///< dry_friction looks at s.direction
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
   void (*sense)(const T* p, const std::vector<double>& time, T* q, std::size_t stride) = nullptr;
-  T (*unsense)(const T* p, const T& q) = nullptr;  ///< position behind a reading at rest
-  BaseSpring<T> (*base)(const T* p) = nullptr;     ///< what the base stands on: of effects on the arm
+  T (*unsense)(const T* p, const T& q) = nullptr;       ///< position behind a reading at rest
+  T (*measure)(const T* p, const T& effort) = nullptr;  ///< N m or N: what the joint's transducer makes of its effort
+  /// Of a transmission, whose first state is the actuator's side: by how much that leads the link at rest under an effort
+  /// that passes, rad (m).
+  T (*lead)(const T* p, const T& effort) = nullptr;
+  BaseSpring<T> (*base)(const T* p) = nullptr;  ///< what the base stands on: of effects on the arm
   // One lane at a time, once for a simulation:
   /// Mass properties changed, per body.
   void (*inertials)(const double* p, const Robot& robot, int joint, std::vector<Inertial>& bodies) = nullptr;
@@ -148,8 +159,11 @@ Hooks<T> hooks_of() {
   if constexpr (requires { C::states; }) h.states = C::states;
   if constexpr (requires { C::memories; }) h.memories = C::memories;
   if constexpr (requires { C::loaded; }) h.loaded = C::loaded;
+  if constexpr (requires { C::directed; }) h.directed = C::directed;
   if constexpr (requires { &C::template sense<T>; }) h.sense = &C::template sense<T>;
   if constexpr (requires { &C::template unsense<T>; }) h.unsense = &C::template unsense<T>;
+  if constexpr (requires { &C::template measure<T>; }) h.measure = &C::template measure<T>;
+  if constexpr (requires { &C::template lead<T>; }) h.lead = &C::template lead<T>;
   if constexpr (requires { &C::template base<T>; }) h.base = &C::template base<T>;
   if constexpr (requires { &C::inertials; }) h.inertials = &C::inertials;
   if constexpr (requires { &C::armature; }) h.armature = &C::armature;

@@ -70,7 +70,7 @@ class InverseDynamicsRun {
         if (channels[c].kind == ChannelKind::command) given[c][k] = driven_effort(j);
         if (channels[c].kind == ChannelKind::effort) whole[c][k] = plant_.measured_effort(j, needed);
         if (channels[c].kind == ChannelKind::motor_position)
-          whole[c][k] = q_[static_cast<std::size_t>(j)] + plant_.lead(j, now_, needed);
+          whole[c][k] = q_[static_cast<std::size_t>(j)] + plant_.lead(j, needed);
       }
     }
     filtered(channels, cutoff_hz, whole, given, out);
@@ -152,11 +152,11 @@ class InverseDynamicsRun {
     const T direction = direction_of(i);
     const auto behind = [&](const T& effort) {
       const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data(), effort);
-      return tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), u_[i]);
+      return tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), sign(v_[i]), u_[i]);
     };
     // Friction may depend on the very effort that is sought.
     const T needed = plant_.is_loaded(j) ? fixed_point<T>(behind) : behind(T(0.0));
-    return all_of_it ? needed + plant_.own_effort(j, now_, q_[i], v_[i], z_.data(), m_.data()) : needed;
+    return all_of_it ? needed + plant_.own_effort(j, now_, q_[i], v_[i], z_.data()) : needed;
   }
 
   /// The sign of the speed as far as its noise lets it be known: the mean of sgn over a normal error of rms v_error,

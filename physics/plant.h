@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "physics/actuators/table.h"
@@ -48,7 +47,9 @@ class Plant {
         }
       }
     }
-    for (int j = 0; j < model.dof(); ++j) name_actuator_parameters(joints_[static_cast<std::size_t>(j)], j);
+    for (const Component& c : model.actuators()) {
+      if (c.type >= 0) assign_roles(joints_[static_cast<std::size_t>(c.joint)], c);
+    }
     for (const Component& c : model.effects()) {
       const Hooks<T>& hooks = Effects::hooks<T>()[static_cast<std::size_t>(c.type)];
       if (hooks.base != nullptr) base_ = {&hooks, static_cast<std::size_t>(c.first), states_, memories_};
@@ -119,18 +120,28 @@ class Plant {
   }
   /// What a drive that stores energy itself (an oil spring) gives by itself: it stands before the point at which efforts
   /// are measured. Losses and springs of other actuators stand behind it and are no part of this.
-  T own_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m) {
+  T own_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z) {
     if (!stores_energy(j)) return T(0.0);
-    (void)m;
     return actuator_effort(joint(j), view(joint(j), now, q, v, T(0.0)), z, nullptr);
   }
-  /// What joint j's effort transducer makes of an effort.
-  T measured_effort(int, const T& effort) const { return effort; }
-  /// By how much the actuator's side leads the link under an effort that passes the transmission, rad (m).
-  T lead(int, const Instant<T>&, const T&) const { return T(0.0); }
   bool stores_energy(int j) const {
     return std::any_of(joint(j).actuator.begin(), joint(j).actuator.end(),
                        [](const Bound& c) { return c.hooks->states > 0; });
+  }
+  /// By how much the actuator's side leads the link under an effort that passes the transmission at rest, rad (m).
+  T lead(int j, const T& effort) const {
+    T sum(0.0);
+    for (const Bound& c : joint(j).effects) {
+      if (c.hooks->lead != nullptr) sum = sum + c.hooks->lead(&parameters_[c.first], effort);
+    }
+    return sum;
+  }
+  /// Position of the actuator's side of joint j in states z; the link's own where no transmission lies between them.
+  T drive_side(int j, const T& q, const T* z) const {
+    for (const Bound& c : joint(j).effects) {
+      if (c.hooks->lead != nullptr) return z[c.state];
+    }
+    return q;
   }
   /// What acts besides, on a joint that is also loaded by `given` (N m or N).
   T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m, const T& given) {
@@ -144,11 +155,16 @@ class Plant {
   bool is_loaded(int j) const {
     return any_effect(j, [](const Hooks<T>& h) { return h.loaded; });
   }
-  /// Magnitude of dry friction at sliding speed `speed` >= 0 (N m or N); at 0 the break-away effort.
-  T dry_friction(int j, const Instant<T>& now, const T& q, const T& speed, const T& u) const {
+  /// Whether joint j's dry friction differs with the direction.
+  bool is_directed(int j) const {
+    return any_effect(j, [](const Hooks<T>& h) { return h.directed; });
+  }
+  /// Magnitude of dry friction (N m or N) at sliding speed `speed` >= 0 in `direction` (-1, 1); at speed 0 the
+  /// break-away effort under a pull that way.
+  T dry_friction(int j, const Instant<T>& now, const T& q, const T& speed, const T& direction, const T& u) const {
     const JointParts& parts = joint(j);
     JointView<T> s = view(parts, now, q, speed, u);
-    s.load = parts.load;
+    s.load = parts.load, s.direction = direction;
     T sum(0.0);
     for (const Bound& c : parts.effects) {
       if (c.hooks->dry_friction != nullptr) sum = sum + c.hooks->dry_friction(&parameters_[c.first], speed, s);
@@ -178,6 +194,14 @@ class Plant {
     for (const Bound& c : joint(j).effects) {
       if (c.hooks->sense != nullptr) c.hooks->sense(&parameters_[c.first], time, q, stride);
     }
+  }
+  /// What joint j's transducer makes of its effort.
+  T measured_effort(int j, const T& effort) const {
+    T out = effort;
+    for (const Bound& c : joint(j).effects) {
+      if (c.hooks->measure != nullptr) out = c.hooks->measure(&parameters_[c.first], out);
+    }
+    return out;
   }
   /// Position behind a reading at rest.
   T unsensed(int j, T q) const {
@@ -209,11 +233,8 @@ class Plant {
     }
   }
 
-  /// Effort per command of joint j's actuator (its first parameter), used to express efforts in command units.
-  T gain(int j) const {
-    const JointParts& parts = joint(j);
-    return parts.actuator.empty() ? T(1.0) : parameters_[parts.actuator.front().first];
-  }
+  /// Gain of joint j's actuator, used to express efforts in command units; 1 where it has none.
+  T gain(int j) const { return parameter_at(joint(j).roles.gain, 1.0); }
 
  private:
   struct Bound {
@@ -223,8 +244,8 @@ class Plant {
   };
   struct JointParts {
     std::vector<Bound> actuator, effects;
-    int damping = -1, stiffness = -1, rest = -1;  ///< parameters of the actuator
-    T load = T(0.0);                              ///< N m or N, on the joint as last asked for
+    ActuatorRoles roles;  ///< as indices of all parameters
+    T load = T(0.0);      ///< N m or N, on the joint as last asked for
   };
 
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
@@ -233,14 +254,14 @@ class Plant {
     states_ += hooks.states;
     memories_ += hooks.memories;
   }
-  void name_actuator_parameters(JointParts& parts, int j) const {
-    const Component& c = model_->actuators()[static_cast<std::size_t>(j)];
-    for (int k = 0; k < c.count; ++k) {
-      const std::string_view name = model_->parameters()[static_cast<std::size_t>(c.first + k)].info->name;
-      if (name == "damping") parts.damping = c.first + k;
-      if (name == "stiffness") parts.stiffness = c.first + k;
-      if (name == "rest") parts.rest = c.first + k;
+  static void assign_roles(JointParts& parts, const Component& actuator) {
+    parts.roles = actuator_table()[static_cast<std::size_t>(actuator.type)].roles;
+    for (int* role : {&parts.roles.gain, &parts.roles.damping, &parts.roles.stiffness, &parts.roles.rest}) {
+      if (*role >= 0) *role += actuator.first;
     }
+  }
+  T parameter_at(int index, double otherwise) const {
+    return index < 0 ? T(otherwise) : parameters_[static_cast<std::size_t>(index)];
   }
 
   const JointParts& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
@@ -250,12 +271,12 @@ class Plant {
                        [&](const Bound& c) { return test(*c.hooks); });
   }
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
-    const auto named = [&](int index) { return index < 0 ? T(0.0) : parameters_[static_cast<std::size_t>(index)]; };
     JointView<T> s;
     s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step,
     s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
-    s.damping = named(parts.damping), s.stiffness = named(parts.stiffness), s.rest = named(parts.rest);
+    s.damping = parameter_at(parts.roles.damping, 0.0), s.stiffness = parameter_at(parts.roles.stiffness, 0.0),
+    s.rest = parameter_at(parts.roles.rest, 0.0);
     return s;
   }
 

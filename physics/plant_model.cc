@@ -26,10 +26,18 @@ std::string names_of_table(const std::vector<Info>& table) {
 /// Linear units in place of angular ones for a prismatic joint.
 std::string unit_for(const std::string& unit, bool prismatic) {
   if (!prismatic) return unit;
-  static const std::vector<std::pair<std::string, std::string>> linear = {
-      {"N m/V", "N/V"},       {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
-      {"rad/s", "m/s"},       {"rad", "m"},           {"N m", "N"},       {"N m s^2/rad^2", "N s^2/m^2"},
-      {"N m/rad^3", "N/m^3"}, {"kg m^2", "kg"}};
+  static const std::vector<std::pair<std::string, std::string>> linear = {{"N m/V", "N/V"},
+                                                                          {"N m s/rad", "N s/m"},
+                                                                          {"N m/rad", "N/m"},
+                                                                          {"rad/(s V)", "m/(s V)"},
+                                                                          {"rad/s", "m/s"},
+                                                                          {"rad", "m"},
+                                                                          {"N m", "N"},
+                                                                          {"N m s^2/rad^2", "N s^2/m^2"},
+                                                                          {"N m/rad^3", "N/m^3"},
+                                                                          {"kg m^2", "kg"},
+                                                                          {"N m (s/rad)^p", "N (s/m)^p"},
+                                                                          {"1/rad", "1/m"}};
   for (const auto& [angular, straight] : linear) {
     if (unit == angular) return straight;
   }
@@ -56,6 +64,19 @@ double checked(const EffectParameter& parameter, const std::map<std::string, dou
                      fmt::format("a value from {} to {} {}", info.lower, info.upper, info.unit));
   }
   return value;
+}
+
+/// No parameter of the component below the one that bounds it (ParameterInfo::at_least).
+void check_order(const std::vector<EffectParameter>& parameters, std::span<const Parameter> values,
+                 const std::string& where) {
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const char* bound = parameters[k].info->at_least;
+    if (bound == nullptr) continue;
+    const auto other = std::find_if(values.begin(), values.end(), [&](const Parameter& p) { return p.key == bound; });
+    if (other == values.end() || values[k].value >= other->value) continue;
+    throw InputError(where, fmt::format("{} = {} {}", values[k].key, values[k].value, values[k].unit),
+                     fmt::format("at least {} = {} {}", bound, other->value, other->unit));
+  }
 }
 
 /// The robot with two joints under its base, about x, then y. What they move beside it is of no weight (Foundation adds
@@ -150,6 +171,7 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
     parameters_.push_back({spec.joint + "." + p.key, unit_for(p.info->unit, prismatic), value, value, p.info->lower,
                            p.info->upper, p.info, p.key, joint});
   }
+  check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
 }
 
 void PlantModel::add_effect(const EffectSpec& spec) {
@@ -177,6 +199,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     parameters_.push_back({spec.place + "." + spec.effect + "." + p.key, unit_for(p.info->unit, prismatic), value,
                            p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
   }
+  check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
   if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);
 }
 
@@ -239,9 +262,14 @@ std::vector<Inertial> PlantModel::inertials(std::span<const double> values) cons
   const std::vector<double> masses = link_masses(values);
   std::vector<Inertial> bodies;
   for (int i = 0; i < dof(); ++i) bodies.push_back(robot_->body_inertial(i, masses));
-  for (const Component& effect : effects_) {
-    const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect.type)];
-    if (hooks.inertials != nullptr) hooks.inertials(values.data() + effect.first, *robot_, effect.joint, bodies);
+  // In the catalogue's order, however the scenario lists them: a body is what it is before it carries anything.
+  const std::vector<Hooks<double>>& table = Effects::hooks<double>();
+  for (std::size_t type = 0; type < table.size(); ++type) {
+    if (table[type].inertials == nullptr) continue;
+    for (const Component& effect : effects_) {
+      if (effect.type != static_cast<int>(type)) continue;
+      table[type].inertials(values.data() + effect.first, *robot_, effect.joint, bodies);
+    }
   }
   return bodies;
 }

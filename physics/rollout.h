@@ -51,6 +51,10 @@ class Rollout {
   void remember(const T& since);
   void decide_directions(const Mask<T>& active);
   void kutta_step(const T& h);
+  /// What friction withstands of `pull` (N m or N) on joint j at rest, N m or N, >= 0.
+  T breakaway(std::size_t j, const T& pull) const { return select(pull < T(0.0), hold_down_[j], hold_up_[j]); }
+  Mask<T> frictional(std::size_t j) const { return max(hold_up_[j], hold_down_[j]) > T(0.0); }
+  void look_at_friction(std::size_t j);
   T reversal(std::size_t j, const T& h) const;
   T release(std::size_t j) const;
   T first_event(const T& h, std::vector<T>& fraction) const;
@@ -67,7 +71,8 @@ class Rollout {
   T session_ = T(0.0);  ///< s, from the session's start to the recording's
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> memory_;  ///< of the plant, at the start of the step
-  std::vector<T> u_, tau_, free_, direction_, breakaway_;
+  std::vector<T> u_, tau_, free_, direction_;
+  std::vector<T> hold_up_, hold_down_;  ///< break-away efforts under pulls up and down, N m or N
   std::vector<T> imbalance_, imbalance_at_start_, imbalance_at_middle_;  ///< effort on held joints, N m or N
   std::vector<bool> dry_;                                                ///< joints with any dry friction component
   bool any_dry_ = false;

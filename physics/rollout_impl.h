@@ -14,7 +14,7 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
       dry_(n_) {
   for (State* x : {&x_, &next_, &stage_, &k1_, &k2_, &k3_, &k4_}) x->assign(size_, T(0.0));
   for (std::vector<T>* w :
-       {&u_, &tau_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_, &direction_, &breakaway_}) {
+       {&u_, &tau_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_, &direction_, &hold_up_, &hold_down_}) {
     w->assign(n_, T(0.0));
   }
   memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
@@ -176,10 +176,28 @@ void Rollout<T, Dyn>::derivative(const T& since, const State& x, State& dx) {
     tau_[j] = plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
     if (!dry_[j]) continue;
     const T speed = max(v[j] * direction_[j], T(0.0));
-    tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
+    tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, now, q[j], speed, direction_[j], u_[j]);
   }
   plant_.forward_dynamics(q, v, tau_.data(), free_.data(), q + 2 * n_, dx.data() + n_, dx.data() + 2 * n_,
                           imbalance_.data());
+}
+
+/// Break-away efforts of joint j at the present state, and whether it is held.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::look_at_friction(std::size_t j) {
+  const int joint = static_cast<int>(j);
+  const Instant<T> now = instant(T(0.0), x_);
+  if (plant_.is_loaded(joint)) {
+    plant_.effort(joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
+  }
+  hold_up_[j] = plant_.dry_friction(joint, now, x_[j], T(0.0), T(1.0), u_[j]);
+  hold_down_[j] =
+      plant_.is_directed(joint) ? plant_.dry_friction(joint, now, x_[j], T(0.0), T(-1.0), u_[j]) : hold_up_[j];
+  // Without friction the joint is as free as in the plain model; with friction it is held while it has no direction.
+  const Mask<T> dry = frictional(j);
+  const Mask<T> lost = dry && (direction_[j] == T(0.0)) && (x_[n_ + j] != T(0.0));
+  direction_[j] = select(dry, select(lost, sign(x_[n_ + j]), direction_[j]), T(0.0));
+  free_[j] = select(dry && (direction_[j] == T(0.0)), T(0.0), T(1.0));
 }
 
 /// k1 at the present state, with every joint that has come to rest either held or set sliding.
@@ -187,19 +205,7 @@ template <class T, class Dyn>
 void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
   if (any_dry_) {
     for (std::size_t j = 0; j < n_; ++j) {
-      if (!dry_[j]) continue;
-      const int joint = static_cast<int>(j);
-      const Instant<T> now = instant(T(0.0), x_);
-      if (plant_.is_loaded(joint)) {
-        plant_.effort(joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr, nullptr);
-      }
-      breakaway_[j] = plant_.dry_friction(joint, now, x_[j], T(0.0), u_[j]);
-      // Without friction the joint is as free as in the plain model; with friction it is held while it has no
-      // direction.
-      const Mask<T> frictional = breakaway_[j] > T(0.0);
-      const Mask<T> lost = frictional && (direction_[j] == T(0.0)) && (x_[n_ + j] != T(0.0));
-      direction_[j] = select(frictional, select(lost, sign(x_[n_ + j]), direction_[j]), T(0.0));
-      free_[j] = select(frictional && (direction_[j] == T(0.0)), T(0.0), T(1.0));
+      if (dry_[j]) look_at_friction(j);
     }
   }
   derivative(T(0.0), x_, k1_);
@@ -208,9 +214,9 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
     bool changed = false;
     for (std::size_t j = 0; j < n_; ++j) {
       if (!dry_[j]) continue;
-      const Mask<T> slips = active && (free_[j] == T(0.0)) && (abs(imbalance_[j]) > breakaway_[j]);
+      const Mask<T> slips = active && (free_[j] == T(0.0)) && (abs(imbalance_[j]) > breakaway(j, imbalance_[j]));
       // Set free an instant ago, yet driven back by its neighbours: it stays held over this step.
-      const Mask<T> backs = active && (free_[j] == T(1.0)) && (breakaway_[j] > T(0.0)) && (x_[n_ + j] == T(0.0)) &&
+      const Mask<T> backs = active && (free_[j] == T(1.0)) && frictional(j) && (x_[n_ + j] == T(0.0)) &&
                             (k1_[n_ + j] * direction_[j] < T(0.0));
       if (!any(slips || backs)) continue;
       const bool last = round + 1 == kDecisions;
@@ -264,7 +270,7 @@ T zero_crossing(const T& p0, const T& p1, const T& p2, const T& p3) {
 template <class T, class Dyn>
 T Rollout<T, Dyn>::reversal(std::size_t j, const T& h) const {
   const T v0 = x_[n_ + j], v1 = next_[n_ + j], d = direction_[j];
-  const Mask<T> reverses = (breakaway_[j] > T(0.0)) && (v1 * d < T(0.0));
+  const Mask<T> reverses = frictional(j) && (v1 * d < T(0.0));
   if (!any(reverses)) return T(2.0);
   const T a0 = h * k1_[n_ + j], a1 = h * k4_[n_ + j], chord = v1 - v0;
   const T s = zero_crossing<T>(v0 * d, a0 * d, (T(3.0) * chord - T(2.0) * a0 - a1) * d, (a0 + a1 - T(2.0) * chord) * d);
@@ -275,7 +281,7 @@ T Rollout<T, Dyn>::reversal(std::size_t j, const T& h) const {
 /// end.
 template <class T, class Dyn>
 T Rollout<T, Dyn>::release(std::size_t j) const {
-  const T b = breakaway_[j];
+  const T b = breakaway(j, imbalance_[j]);
   const Mask<T> slips = (free_[j] == T(0.0)) && (abs(imbalance_[j]) > b);
   if (!any(slips)) return T(2.0);
   const T side = sign(imbalance_[j]);
@@ -321,8 +327,15 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
       case ChannelKind::effort:
         value = plant_.effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
                               memory_.data(), nullptr, nullptr);
+        value = plant_.measured_effort(channels[c].joint, value);
         break;
-      default: value = x_[j];
+      case ChannelKind::motor_position:
+        value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_);
+        break;
+      case ChannelKind::position: value = x_[j]; break;
+      case ChannelKind::command:
+      case ChannelKind::pressure_a:
+      case ChannelKind::pressure_b: value = T(std::nan(""));  // never a channel of a simulation: make_experiment
     }
   }
 }

@@ -72,7 +72,8 @@ class TruthRun {
         tau_(n_, T(0.0)),
         free_(n_, T(1.0)),
         direction_(n_, T(0.0)),
-        breakaway_(n_, T(0.0)),
+        hold_up_(n_, T(0.0)),
+        hold_down_(n_, T(0.0)),
         imbalance_(n_, T(0.0)) {
     plant_.bind(0, values);
     x_.assign(2 * n_ + static_cast<std::size_t>(plant_.states()), T(0.0));
@@ -228,7 +229,7 @@ class TruthRun {
                 plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
       if (!dry_[j] || direction_[j] == 0.0) continue;
       const T speed = std::max(v[j] * direction_[j], T(0.0));
-      tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, u_[j]);
+      tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, direction_[j], u_[j]);
     }
     plant_.forward_dynamics(q, v, tau_.data(), free_.data(), q + 2 * n_, dx.data() + n_, dx.data() + 2 * n_,
                             imbalance_.data());
@@ -244,6 +245,11 @@ class TruthRun {
                     memory_.data());
   }
 
+  /// What friction withstands of `pull` on joint j at rest.
+  T breakaway(std::size_t j, const T& pull) const { return pull < 0.0 ? hold_down_[j] : hold_up_[j]; }
+  bool frictional(std::size_t j) const { return dry_[j] && std::max(hold_up_[j], hold_down_[j]) > 0.0; }
+  bool is_torn(std::size_t j) const { return std::fabs(imbalance_[j]) > breakaway(j, imbalance_[j]); }
+
   /// Break-away efforts now, and which joints are held.
   void look_at_friction() {
     for (std::size_t j = 0; j < n_; ++j) {
@@ -251,8 +257,9 @@ class TruthRun {
       const int joint = static_cast<int>(j);
       plant_.effort(joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                     nullptr);
-      breakaway_[j] = plant_.dry_friction(joint, instant(T(0.0), x_), x_[j], T(0.0), u_[j]);
-      if (breakaway_[j] <= 0.0) {
+      hold_up_[j] = plant_.dry_friction(joint, instant(T(0.0), x_), x_[j], T(0.0), T(1.0), u_[j]);
+      hold_down_[j] = plant_.dry_friction(joint, instant(T(0.0), x_), x_[j], T(0.0), T(-1.0), u_[j]);
+      if (!frictional(j)) {
         direction_[j] = 0.0;
         free_[j] = 1.0;
         continue;
@@ -269,8 +276,8 @@ class TruthRun {
     for (int round = 0; round < kDecisions; ++round) {
       bool changed = false;
       for (std::size_t j = 0; j < n_; ++j) {
-        if (!dry_[j] || breakaway_[j] <= 0.0) continue;
-        if (free_[j] == 0.0 && std::fabs(imbalance_[j]) > breakaway_[j] && round + 1 < kDecisions) {
+        if (!frictional(j)) continue;
+        if (free_[j] == 0.0 && is_torn(j) && round + 1 < kDecisions) {
           direction_[j] = imbalance_[j] > 0.0 ? 1.0 : -1.0;
           free_[j] = 1.0;
           changed = true;
@@ -303,8 +310,8 @@ class TruthRun {
 
   /// Whether in the step just tried a sliding joint reversed or a held one was torn loose (`held` at its start).
   bool has_event(std::size_t j, const std::vector<bool>& held) const {
-    if (!dry_[j] || breakaway_[j] <= 0.0) return false;
-    if (free_[j] == 0.0) return held[j] && std::fabs(imbalance_[j]) > breakaway_[j];
+    if (!frictional(j)) return false;
+    if (free_[j] == 0.0) return held[j] && is_torn(j);
     return next_[n_ + j] * direction_[j] < 0.0;
   }
   bool any_event(const std::vector<bool>& held) const {
@@ -340,7 +347,7 @@ class TruthRun {
       remember(T(0.0));
       decide();
       std::vector<bool> held;
-      for (std::size_t j = 0; j < n_; ++j) held.push_back(std::fabs(imbalance_[j]) <= breakaway_[j]);
+      for (std::size_t j = 0; j < n_; ++j) held.push_back(!is_torn(j));
       T left = std::min(T(end), next_jump_) - t_;
       if (!memory_.empty()) left = std::min(left, T(options_.memory_step));
       T h = std::min(left, T(step_ > 0.0 ? step_ : 0.25 * interval));
@@ -367,9 +374,12 @@ class TruthRun {
       const std::size_t j = static_cast<std::size_t>(channels[c].joint);
       T value = x_[j];
       if (channels[c].kind == ChannelKind::velocity) value = x_[n_ + j];
+      if (channels[c].kind == ChannelKind::motor_position)
+        value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_);
       if (channels[c].kind == ChannelKind::effort)
-        value = plant_.effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
-                              memory_.data(), nullptr, nullptr);
+        value = plant_.measured_effort(channels[c].joint,
+                                       plant_.effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j],
+                                                     x_.data() + 2 * n_, memory_.data(), nullptr, nullptr));
       out[c].push_back(static_cast<double>(value));
     }
   }
@@ -393,7 +403,8 @@ class TruthRun {
   T t_ = T(0.0), next_jump_ = T(HUGE_VAL);     // s
   double step_ = 0.0;                          // s, the next one to try
   State x_, rate_, next_, next_rate_, error_;  // q, v, z one after the other
-  std::vector<T> memory_, u_, tau_, free_, direction_, breakaway_, imbalance_;
+  std::vector<T> memory_, u_, tau_, free_, direction_;
+  std::vector<T> hold_up_, hold_down_, imbalance_;  // N m or N: break-away efforts under pulls up and down
   std::vector<bool> dry_;
   bool any_dry_ = false;
   long evaluations_ = 0;

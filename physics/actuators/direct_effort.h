@@ -10,8 +10,10 @@ struct DirectEffort {
     return {"direct_effort",
             "tau = gain u - damping v",
             "measured force, torque or motor current",
-            {{"gain", "N m/V", std::nan(""), 0.0, 1e9, "effort per command"},
-             {"damping", "N m s/rad", 0.0, 0.0, 1e9, "viscous damping"}}};
+            {{"gain", "N m/V", std::nan(""), -1e9, 1e9, "effort per command; negative: the other sign convention"},
+             {"damping", "N m s/rad", 0.0, 0.0, 1e9, "viscous damping"}},
+            {.gain = 0, .damping = 1},
+            Stage::effort};
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {

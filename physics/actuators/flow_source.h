@@ -7,15 +7,20 @@ namespace lacuna {
 /// A valve's flow into a stiff cylinder, seen from outside: a velocity source behind a spring and damper.
 /// State: x, the position that the oil would give an unloaded joint.
 struct FlowSource {
+  static constexpr int states = 1;
   static ActuatorInfo info() {
     return {"flow_source",
             "x' = gain u; tau = stiffness (x - q) + damping (x' - v)",
             "real valves on real cylinders",
-            {{"gain", "rad/(s V)", std::nan(""), 0.0, 1e9, "speed per command (valve flow over displacement)"},
+            {{"gain", "rad/(s V)", std::nan(""), -1e9, 1e9,
+              "speed per command (valve flow over displacement); negative: hoses swapped"},
              {"stiffness", "N m/rad", std::nan(""), 0.0, 1e12, "oil spring"},
-             {"damping", "N m s/rad", std::nan(""), 0.0, 1e9, "damping across the oil spring"}}};
+             {"damping", "N m s/rad", std::nan(""), 0.0, 1e9, "damping across the oil spring"}},
+            {.gain = 0, .damping = 2, .stiffness = 1},
+            Stage::valve,
+            true,
+            states};
   }
-  static constexpr int states = 1;
   template <class T>
   static void rate(const T* p, const JointView<T>& s, T* out) {
     out[0] = p[0] * s.u;

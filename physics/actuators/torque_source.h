@@ -10,10 +10,13 @@ struct TorqueSource {
     return {"torque_source",
             "tau = gain u - damping v - stiffness (q - rest)",
             "the seed's nine-parameter model",
-            {{"gain", "N m/V", std::nan(""), 0.0, 1e9, "effort per command"},
+            {{"gain", "N m/V", std::nan(""), -1e9, 1e9, "effort per command; negative: hoses swapped"},
              {"damping", "N m s/rad", std::nan(""), 0.0, 1e9, "viscous damping"},
              {"stiffness", "N m/rad", std::nan(""), 0.0, 1e12, "spring towards rest"},
-             {"rest", "rad", 0.0, -1e3, 1e3, "position at which the spring is slack"}}};
+             {"rest", "rad", 0.0, -1e3, 1e3, "position at which the spring is slack"}},
+            {.gain = 0, .damping = 1, .stiffness = 2, .rest = 3},
+            Stage::valve,
+            true};
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {

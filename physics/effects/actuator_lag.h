@@ -12,6 +12,7 @@ struct ActuatorLag {
     return {"actuator_lag",
             "Actuator lag",
             Where::joint,
+            Stage::valve,
             "T w' = u - w; w takes the place of u",
             "a lag whose phase bends with frequency, and smaller fast commands",
             "input_delay, damping",

@@ -10,6 +10,7 @@ struct ActuatorSaturation {
     return {"actuator_saturation",
             "Actuator saturation",
             Where::joint,
+            Stage::valve,
             "u -> u (1 + |u/cap|^n)^(-1/n)",
             "only large commands fall short",
             "gain",

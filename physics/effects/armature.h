@@ -10,6 +10,7 @@ struct Armature {
     return {"armature",
             "Armature",
             Where::joint,
+            Stage::link,
             "tau -= J a at the joint",
             "phase at high acceleration, one joint only",
             "actuator_lag, masses",

@@ -13,6 +13,7 @@ struct Backlash : SideOfItsOwn<Backlash> {
         "backlash",
         "Backlash",
         Where::joint,
+        Stage::transmission,
         "no effort while the actuator crosses from -gap to +gap; beyond, tau = k (theta - q -+ gap) + c (theta' - v)",
         "lost motion after each reversal of the effort",
         "sensor_backlash, valve_hysteresis",
@@ -35,6 +36,11 @@ struct Backlash : SideOfItsOwn<Backlash> {
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
     return select(acts(p), side(p, s).effort(s.z[0] - s.q, s.z[1] - s.v) - s.drive, T(0.0));
+  }
+
+  template <class T>
+  static T lead(const T* p, const T& effort) {
+    return sign(effort) * p[0] + effort / p[1];
   }
 
   template <class T>

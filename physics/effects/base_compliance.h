@@ -12,6 +12,7 @@ struct BaseCompliance {
         "base_compliance",
         "Base compliance",
         Where::arm,
+        Stage::link,
         "moment on the base = k tilt + c tilt', about x and y",
         "all joints ring when one starts",
         "joint_compliance, base_tilt",

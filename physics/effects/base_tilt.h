@@ -10,6 +10,7 @@ struct BaseTilt {
     return {"base_tilt",
             "Base tilt",
             Where::arm,
+            Stage::link,
             "gravity turned by roll about x, then pitch about y, of the base",
             "a constant torque pattern over all joints; shows on joints that are vertical otherwise",
             "valve_offset, rest",

@@ -10,6 +10,7 @@ struct ComShift {
     return {"com_shift",
             "Centre of mass shifted",
             Where::joint,
+            Stage::link,
             "centre of mass += (dx, dy, dz), frame of the link that the joint moves",
             "gravity and inertia pattern of one link",
             "masses, rest",

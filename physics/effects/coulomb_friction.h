@@ -12,6 +12,7 @@ struct CoulombFriction {
     return {"coulomb_friction",
             "Coulomb friction",
             Where::joint,
+            Stage::link,
             "tau -= Fc sgn(v), at rest up to Fc holds; with v0 > 0: tau -= Fc tanh(v/v0)",
             "an offset that flips with the direction of motion; flat spots at reversals",
             "damping, valve_deadband",

@@ -4,13 +4,15 @@
 
 namespace lacuna {
 
-/// Damping that differs with the direction of motion (unequal areas, check valves). Neutral at a = 0.
+/// Damping that differs with the direction of motion (unequal areas, check valves, lips of seals). It takes effort in
+/// proportion to the joint's speed, as friction does, and so acts behind an effort that is measured. Neutral at a = 0.
 struct DampingAsymmetry {
   static EffectInfo info() {
     EffectInfo info{
         "damping_asymmetry",
         "Damping asymmetry",
         Where::joint,
+        Stage::link,
         "damping -> (1 + a) damping for v < 0",
         "one direction slower",
         "valve_offset, valve_asymmetry",

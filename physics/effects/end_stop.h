@@ -11,6 +11,7 @@ struct EndStop {
         "end_stop",
         "End stop",
         Where::joint,
+        Stage::link,
         "k > 0, beyond q_lim: tau -= max(k (q - q_lim + T v), 0); k < 0: the same on the other side",
         "motion clipped at one angle",
         "stiffness_hardening",

@@ -11,6 +11,7 @@ struct HysteresisFriction {
     return {"hysteresis_friction",
             "Hysteresis friction",
             Where::joint,
+            Stage::link,
             "tau -= sigma0 z + sigma1 dz/dt; dz = (1 - sigma0 z sgn(dq)/Fc) dq",
             "loops before break-away",
             "coulomb_friction, stiffness",

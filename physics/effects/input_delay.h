@@ -10,6 +10,7 @@ struct InputDelay {
     return {"input_delay",
             "Input delay",
             Where::joint,
+            Stage::command,
             "u(t) -> u(t - T)",
             "a lag whose phase grows linearly with frequency",
             "actuator_lag, damping",

@@ -11,6 +11,7 @@ struct JointCompliance : SideOfItsOwn<JointCompliance> {
     EffectInfo info{"joint_compliance",
                     "Joint compliance",
                     Where::joint,
+                    Stage::transmission,
                     "tau = k (theta - q) + c (theta' - v); J theta'' = K u - D theta' - S (theta - rest) - tau",
                     "the joint gives under load; ringing, phase",
                     "stiffness, actuator_lag, input_delay",
@@ -32,6 +33,11 @@ struct JointCompliance : SideOfItsOwn<JointCompliance> {
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
     return select(acts(p), side(p, s).carried(s.drive, s.z[0] - s.q, s.z[1] - s.v) - s.drive, T(0.0));
+  }
+
+  template <class T>
+  static T lead(const T* p, const T& effort) {
+    return effort / p[0];
   }
 
   template <class T>

@@ -4,12 +4,14 @@
 
 namespace lacuna {
 
-/// A cylinder on a lever pulls with an arm that varies with the angle; its first harmonic. Neutral at ratio = 0.
+/// A cylinder on a lever pulls with an arm that varies with the angle; its first harmonic. It makes the joint's
+/// effort from the cylinder's force, before an effort that is measured. Neutral at ratio = 0.
 struct LeverArmVariation {
   static EffectInfo info() {
     EffectInfo info{"lever_arm_variation",
                     "Lever arm variation",
                     Where::joint,
+                    Stage::effort,
                     "u -> u (1 + ratio (sin(q + phase) - sin(phase)))",
                     "the gain depends on the angle",
                     "gravity, stiffness_hardening",

@@ -11,6 +11,7 @@ struct LoadDependentFriction {
     return {"load_dependent_friction",
             "Load-dependent friction",
             Where::joint,
+            Stage::link,
             "tau -= mu |load| sgn(v), load: effort of the drive without its damping",
             "friction that grows with the load",
             "coulomb_friction",

@@ -10,6 +10,7 @@ struct QuadraticDamping {
     return {"quadratic_damping",
             "Quadratic damping",
             Where::joint,
+            Stage::link,
             "tau -= c |v| v",
             "error at high speed",
             "damping",

@@ -10,6 +10,7 @@ struct SensorBacklash {
     return {"sensor_backlash",
             "Sensor backlash",
             Where::joint,
+            Stage::reading,
             "reading = play of half-width h on q",
             "the reading is flat after reversals while the motion goes on",
             "backlash",

@@ -11,6 +11,7 @@ struct SensorDelay {
     return {"sensor_delay",
             "Sensor delay",
             Where::joint,
+            Stage::reading,
             "reading = q(t - T)",
             "a lag of one joint's reading; its neighbours feel none",
             "input_delay",

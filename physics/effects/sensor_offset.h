@@ -10,6 +10,7 @@ struct SensorOffset {
     return {"sensor_offset",
             "Sensor offset",
             Where::joint,
+            Stage::reading,
             "reading = q + o",
             "a constant",
             "rest, valve_offset",

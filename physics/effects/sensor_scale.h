@@ -10,6 +10,7 @@ struct SensorScale {
     return {"sensor_scale",
             "Sensor scale",
             Where::joint,
+            Stage::reading,
             "reading = (1 + s) q",
             "an error in proportion to the angle",
             "gain, stiffness",

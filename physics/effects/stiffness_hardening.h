@@ -10,6 +10,7 @@ struct StiffnessHardening {
     return {"stiffness_hardening",
             "Stiffness hardening",
             Where::joint,
+            Stage::link,
             "tau -= k3 (q - rest)^3",
             "error at the ends of travel",
             "stiffness, end_stop",

@@ -20,6 +20,7 @@ struct SupplyPressureSag {
     EffectInfo info{"supply_pressure_sag",
                     "Supply pressure sag",
                     Where::arm,
+                    Stage::flow,
                     "u_j -> u_j (1 - depth x (1 + x^n)^(-1/n)), x = sum over joints of |v_i|/flow_i",
                     "a joint is weak exactly when others move",
                     "actuator_saturation, gain",

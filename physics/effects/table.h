@@ -1,5 +1,5 @@
-// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on a reading
-// too.
+// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on masses and
+// on a reading too.
 #pragma once
 
 #include "physics/effects/actuator_lag.h"
@@ -9,16 +9,22 @@
 #include "physics/effects/base_compliance.h"
 #include "physics/effects/base_tilt.h"
 #include "physics/effects/com_shift.h"
+#include "physics/effects/coulomb_asymmetry.h"
 #include "physics/effects/coulomb_friction.h"
 #include "physics/effects/damping_asymmetry.h"
+#include "physics/effects/effort_scale.h"
 #include "physics/effects/end_stop.h"
+#include "physics/effects/gear_ripple.h"
+#include "physics/effects/gravity_spring.h"
 #include "physics/effects/hysteresis_friction.h"
 #include "physics/effects/input_delay.h"
 #include "physics/effects/joint_compliance.h"
 #include "physics/effects/lever_arm_variation.h"
 #include "physics/effects/load_dependent_friction.h"
 #include "physics/effects/payload.h"
+#include "physics/effects/power_friction.h"
 #include "physics/effects/quadratic_damping.h"
+#include "physics/effects/rigid_body.h"
 #include "physics/effects/sensor_backlash.h"
 #include "physics/effects/sensor_delay.h"
 #include "physics/effects/sensor_offset.h"
@@ -27,18 +33,21 @@
 #include "physics/effects/stribeck_friction.h"
 #include "physics/effects/supply_pressure_sag.h"
 #include "physics/effects/thermal_drift.h"
+#include "physics/effects/torque_offset.h"
 #include "physics/effects/valve_asymmetry.h"
 #include "physics/effects/valve_deadband.h"
 #include "physics/effects/valve_hysteresis.h"
 #include "physics/effects/valve_offset.h"
+#include "physics/effects/viscous_friction.h"
 
 namespace lacuna {
 
 using Effects =
     ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
-                  ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, StribeckFriction,
-                  LoadDependentFriction, HysteresisFriction, QuadraticDamping, DampingAsymmetry, StiffnessHardening,
-                  EndStop, Backlash, JointCompliance, ThermalDrift, Payload, ComShift, Armature, BaseTilt,
-                  BaseCompliance, SensorScale, SensorOffset, SensorBacklash, SensorDelay>;
+                  ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
+                  StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
+                  QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
+                  GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
+                  BaseCompliance, SensorScale, SensorOffset, SensorBacklash, SensorDelay, EffortScale>;
 
 }  // namespace lacuna

@@ -4,13 +4,14 @@
 
 namespace lacuna {
 
-/// Oil that warms: damping falls towards a lower value over the session, one recording after the other. Neutral at
-/// depth = 0.
+/// Oil and grease that warm: damping falls towards a lower value over the session, one recording after the other. What
+/// drifts is lost as friction is, behind an effort that is measured. Neutral at depth = 0.
 struct ThermalDrift {
   static EffectInfo info() {
     return {"thermal_drift",
             "Thermal drift",
             Where::joint,
+            Stage::link,
             "damping -> (1 - depth (1 - exp(-t/tau))) damping, t from the start of the session",
             "a residual that grows or fades with time",
             "damping",

@@ -10,6 +10,7 @@ struct ValveAsymmetry {
     EffectInfo info{"valve_asymmetry",
                     "Valve asymmetry",
                     Where::joint,
+                    Stage::valve,
                     "u -> (1 - a) u for u < 0",
                     "one direction weaker",
                     "valve_offset, damping_asymmetry",

@@ -10,6 +10,7 @@ struct ValveDeadband {
     return {"valve_deadband",
             "Valve deadband",
             Where::joint,
+            Stage::valve,
             "u -> sgn(u) max(|u| - d, 0)",
             "small commands do nothing",
             "gain, coulomb_friction",

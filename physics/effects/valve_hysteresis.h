@@ -10,6 +10,7 @@ struct ValveHysteresis {
     EffectInfo info{"valve_hysteresis",
                     "Valve hysteresis",
                     Where::joint,
+                    Stage::valve,
                     "play of half-width h on u",
                     "a loop in the response against the command",
                     "valve_deadband, backlash",

@@ -10,6 +10,7 @@ struct ValveOffset {
     return {"valve_offset",
             "Valve offset",
             Where::joint,
+            Stage::valve,
             "u -> u + b",
             "a constant push",
             "rest, gravity, sensor_offset",

@@ -108,7 +108,7 @@ TEST(Usage, EnginesAndEffectsAreListed) {
   const auto effects = json_of(lacuna({"effects", "--json"}));
   EXPECT_GE(effects.at("effects").size(), 7u);
   for (const auto& effect : effects.at("effects"))
-    for (const char* key : {"name", "where", "equation", "parameters", "shows_as", "hidden_by"})
+    for (const char* key : {"name", "where", "stage", "equation", "parameters", "shows_as", "hidden_by"})
       EXPECT_FALSE(effect.at(key).empty()) << effect;
   EXPECT_THAT(lacuna({"engines"}).out, HasSubstr("featherstone"));
   EXPECT_THAT(lacuna({"effects"}).out, HasSubstr("coulomb_friction"));

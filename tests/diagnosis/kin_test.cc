@@ -27,7 +27,8 @@ TEST(Kin, AreTheseAndNoOthers) {
                                                  {"coulomb_friction", "hysteresis_friction"},
                                                  {"armature", "joint_compliance"},
                                                  {"armature", "backlash"},
-                                                 {"joint_compliance", "backlash"}};
+                                                 {"joint_compliance", "backlash"},
+                                                 {"gravity_spring", "gear_ripple"}};
   EXPECT_EQ(found, expected);
 }
 

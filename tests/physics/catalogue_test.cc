@@ -1,8 +1,11 @@
 // Effects with a past, a reading or a direction, against the same laws written out by hand and stepped finely.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <functional>
 
+#include "physics/pseudo_inertia.h"
+#include "physics/truth.h"
 #include "tests/physics/plants.h"
 
 namespace lacuna {
@@ -127,6 +130,20 @@ const std::vector<Law>& laws() {
        [](const Block& b) { return b.drive(b.u) - b.past[0] - 4.0 * (b.v - std::fabs(b.v) * b.past[0] / 2.0); },
        bend(),
        bend()},
+      {"coulomb_asymmetry",
+       {{"Fc_up", 2.0}, {"Fc_down", 0.7}, {"v0", 0.05}},
+       [](const Block& b) { return b.drive(b.u) - (b.v > 0.0 ? 2.0 : 0.7) * std::tanh(b.v / 0.05); }},
+      {"viscous_friction", {{"D", 2.0}}, [](const Block& b) { return b.drive(b.u) - 2.0 * b.v; }},
+      {"power_friction",
+       {{"c", 2.0}, {"p", 0.4}, {"v0", 0.02}},
+       [](const Block& b) { return b.drive(b.u) - 2.0 * b.v * std::pow(std::hypot(b.v, 0.02), 0.4 - 1.0); }},
+      {"torque_offset", {{"tau0", -1.5}}, [](const Block& b) { return b.drive(b.u) - 1.5; }},
+      {"gravity_spring",
+       {{"a", 6.0}, {"b", -3.0}},
+       [](const Block& b) { return b.drive(b.u) - 6.0 * std::sin(b.x) + 3.0 * std::cos(b.x); }},
+      {"gear_ripple",
+       {{"a", 3.0}, {"b", 1.5}, {"n", 12.0}},
+       [](const Block& b) { return b.drive(b.u) + 3.0 * std::sin(12.0 * b.x) + 1.5 * std::cos(12.0 * b.x); }},
       {"quadratic_damping", {{"c", 2.0}}, [](const Block& b) { return b.drive(b.u) - 2.0 * std::fabs(b.v) * b.v; }},
       {"damping_asymmetry",
        {{"a", 0.8}},
@@ -343,6 +360,112 @@ TEST(BaseTilt, TurnsGravityAsARobotBuiltOnATiltedBaseFeelsIt) {
               1e-12)
         << engine;
   }
+}
+
+TEST(EffortScale, ScalesTheEffortThatIsReadAndLeavesTheMotionAlone) {
+  const Scenario scenario = driven_block(commands());
+  Experiment experiment = started_experiment(scenario, kStart);
+  experiment.channels.push_back(experiment.channels.front());
+  experiment.channels.back().kind = ChannelKind::effort;
+  for (Segment& segment : experiment.segments) segment.measured.push_back(segment.measured.front());
+  const PlantModel plain(scenario), scaled = plain.with_effects({effect("effort_scale", "slide", {{"s", 0.1}})});
+  const auto reading = [&](const PlantModel& model, bool true_machine) {
+    TruthOptions options;
+    options.settle = false;
+    return true_machine ? simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options)
+                        : predict_one(model, experiment, on("featherstone", 0.001)).front();
+  };
+  for (const bool true_machine : {false, true}) {
+    const auto a = reading(plain, true_machine), b = reading(scaled, true_machine);
+    EXPECT_TRUE(same_bits(a[0], b[0]));
+    ASSERT_GT(std::fabs(a.back()[7]), 1.0) << "nothing was tested";
+    for (std::size_t k = 0; k < a.back().size(); ++k) EXPECT_DOUBLE_EQ(b.back()[k], 1.1 * a.back()[k]);
+  }
+}
+
+Inertial random_body(Noise& noise) {
+  Eigen::Matrix3d axes, spread = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 9; ++i) axes(i / 3, i % 3) = noise();
+  for (int i = 0; i < 3; ++i) spread(i, i) = 0.01 + noise.uniform();
+  const Eigen::Matrix3d second = axes * spread * axes.transpose();
+  return {0.5 + noise.uniform(), {noise(), noise(), noise()}, second.trace() * Eigen::Matrix3d::Identity() - second};
+}
+
+TEST(PseudoInertia, HoldsABodyWhole) {
+  Noise noise(5);
+  for (int k = 0; k < 20; ++k) {
+    const Inertial body = random_body(noise), back = from_pseudo_inertia(pseudo_inertia(body));
+    EXPECT_DOUBLE_EQ(back.mass, body.mass);
+    EXPECT_TRUE(back.com.isApprox(body.com, 1e-14));
+    EXPECT_TRUE(back.inertia.isApprox(body.inertia, 1e-12));
+  }
+}
+
+/// Body of the double pendulum's elbow under rigid_body.
+Inertial deformed(const std::map<std::string, double>& parameters) {
+  const Scenario scenario = bare_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"), {});
+  const PlantModel model = PlantModel(scenario).with_effects({effect("rigid_body", "elbow", parameters)});
+  return model.inertials(model.values())[1];
+}
+
+TEST(RigidBody, StaysOneThatMatterCanMake) {
+  Noise noise(7);
+  for (int k = 0; k < 50; ++k) {
+    std::map<std::string, double> p;
+    for (const char* name : {"alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3"}) p[name] = 0.5 * noise();
+    const Inertial body = deformed(p);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> pseudo(pseudo_inertia(body));
+    EXPECT_GT(pseudo.eigenvalues().minCoeff(), 0.0) << k;
+    const Eigen::Vector3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia).eigenvalues();
+    EXPECT_GT(axes(0) + axes(1), axes(2)) << "triangle inequality, " << k;
+  }
+}
+
+TEST(RigidBody, ChangesWhatEachNumberIsNamedFor) {
+  const Inertial plain = deformed({});
+  const Inertial heavier = deformed({{"alpha", 0.3}});
+  EXPECT_NEAR(heavier.mass, plain.mass * std::exp(0.6), 1e-14);
+  EXPECT_TRUE(heavier.com.isApprox(plain.com, 1e-14));
+  EXPECT_TRUE(heavier.inertia.isApprox(plain.inertia * std::exp(0.6), 1e-12));
+  const Inertial shifted = deformed({{"t1", 0.01}, {"t2", -0.02}, {"t3", 0.03}});
+  EXPECT_NEAR(shifted.mass, plain.mass, 1e-15);
+  EXPECT_LT((shifted.com - plain.com - Eigen::Vector3d(0.01, -0.02, 0.03)).norm(), 1e-15);
+  EXPECT_TRUE(shifted.inertia.isApprox(plain.inertia, 1e-12));
+  // Stretched along y to twice its length: integral of y^2 dm fourfold, of z^2 dm as it was.
+  const Inertial longer = deformed({{"d2", std::log(2.0)}});
+  EXPECT_NEAR(longer.mass, plain.mass, 1e-15);
+  EXPECT_NEAR(longer.com(1), 2.0 * plain.com(1), 1e-15);
+  const auto along = [](const Inertial& b, int axis) { return 0.5 * b.inertia.trace() - b.inertia(axis, axis); };
+  EXPECT_NEAR(along(longer, 1), 4.0 * along(plain, 1), 1e-14);
+  EXPECT_NEAR(along(longer, 2), along(plain, 2), 1e-14);
+}
+
+TEST(RigidBody, IsTheLinkItselfBeforeItCarriesAnything) {
+  const Scenario scenario = bare_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"), {});
+  const EffectSpec body = effect("rigid_body", "elbow", {{"alpha", 0.2}, {"t1", 0.05}});
+  const EffectSpec load = effect("payload", "arm", {{"m", 3.0}});
+  const auto of = [&](const std::vector<EffectSpec>& effects) {
+    const PlantModel model = PlantModel(scenario).with_effects(effects);
+    return model.inertials(model.values())[1];
+  };
+  const Inertial one = of({body, load}), other = of({load, body}), alone = of({body});
+  EXPECT_EQ(one.com, other.com);
+  EXPECT_EQ(one.inertia, other.inertia);
+  EXPECT_NEAR(one.mass, alone.mass + 3.0, 1e-14);
+}
+
+TEST(Payload, IsCarriedAtItsPlaceBesideTheTool) {
+  const Scenario scenario = bare_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"), {});
+  const Robot::Tool& tool = scenario.robot->tool();
+  const auto of = [&](const std::map<std::string, double>& p) {
+    const PlantModel model = PlantModel(scenario).with_effects({effect("payload", "arm", p)});
+    return model.inertials(model.values())[static_cast<std::size_t>(tool.body)];
+  };
+  const Inertial plain = of({}), held = of({{"m", 2.0}, {"x", 0.1}, {"y", -0.2}, {"z", 0.3}});
+  const Eigen::Vector3d place = tool.point + Eigen::Vector3d(0.1, -0.2, 0.3);
+  EXPECT_DOUBLE_EQ(held.mass, plain.mass + 2.0);
+  EXPECT_LT((held.mass * held.com - plain.mass * plain.com - 2.0 * place).norm(), 1e-14);
+  EXPECT_EQ(of({{"x", 0.1}}).com, plain.com) << "a place without a mass";
 }
 
 TEST(ComShift, MovesTheCentreOfMassOfTheLinkBehindTheJoint) {

@@ -1,6 +1,8 @@
 // Every effect: it vanishes at its neutral value to the last bit, and elsewhere does what its equation says.
 #include <gtest/gtest.h>
 
+#include "physics/actuators/table.h"
+#include "physics/effects/table.h"
 #include "tests/physics/plants.h"
 
 namespace lacuna {
@@ -114,6 +116,48 @@ TEST(EffectNesting, CoversTheWholeCatalogueWithDistinctNamesAndNeutralDefaults) 
     EXPECT_GE(find_effect(name), 0) << name;
   }
   EXPECT_EQ(find_effect("no_such_effect"), -1);
+}
+
+TEST(EffectStage, IsWhereTheEffectsHooksAct) {
+  for (std::size_t i = 0; i < effect_table().size(); ++i) {
+    const EffectInfo& info = effect_table()[i];
+    const Hooks<double>& h = Effects::hooks<double>()[i];
+    if (h.delay != nullptr) {
+      EXPECT_EQ(info.stage, Stage::command) << info.name;
+    }
+    if (h.command != nullptr) {
+      EXPECT_LE(info.stage, Stage::effort) << info.name;
+    }
+    if (h.sense != nullptr || h.measure != nullptr) {
+      EXPECT_EQ(info.stage, Stage::reading) << info.name;
+    }
+    if (h.effort != nullptr || h.dry_friction != nullptr) {
+      EXPECT_GT(info.stage, Stage::effort) << info.name;
+    }
+    if (h.inertials != nullptr || h.armature != nullptr || h.base != nullptr || h.gravity != nullptr) {
+      EXPECT_EQ(info.stage, Stage::link) << info.name;
+    }
+  }
+}
+
+TEST(ActuatorRoles, AreTheParametersOfThoseNamesAndUnits) {
+  const std::vector<ActuatorInfo>& table = actuator_table();
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const ActuatorInfo& info = table[i];
+    const auto name = [&](int role) {
+      return role < 0 ? std::string() : info.parameters[static_cast<std::size_t>(role)].name;
+    };
+    const auto has = [&](const std::string& wanted) {
+      return std::any_of(info.parameters.begin(), info.parameters.end(),
+                         [&](const ParameterInfo& p) { return wanted == p.name; });
+    };
+    EXPECT_EQ(name(info.roles.gain), "gain") << info.name;
+    EXPECT_EQ(name(info.roles.damping), has("damping") ? "damping" : "") << info.name;
+    EXPECT_EQ(name(info.roles.stiffness), has("stiffness") ? "stiffness" : "") << info.name;
+    EXPECT_EQ(name(info.roles.rest), has("rest") ? "rest" : "") << info.name;
+    EXPECT_EQ(info.states, Actuators::hooks<double>()[i].states) << info.name;
+    EXPECT_EQ(info.hydraulic, info.input == Stage::valve) << info.name;
+  }
 }
 
 /// The block, pushed by u newtons.
@@ -262,6 +306,55 @@ TEST(CoulombFriction, ThatCreepsFollowsItsSmoothEquation) {
   }
 }
 
+TEST(CoulombAsymmetry, HoldsAndLetsGoByTheDirectionOfThePull) {
+  const EffectSpec spec = effect("coulomb_asymmetry", "slide", {{"Fc_up", 5.0}, {"Fc_down", 2.0}});
+  for (const std::string& engine : available_engines()) {
+    for (const double held : {4.99, 1.0, -1.0, -1.99})
+      EXPECT_EQ(run_block(constant_drive(1, 0.5, 0.01, held), 0.0, {spec}, engine, 0.01).q.back(), 0.0)
+          << engine << " " << held;
+    for (const double push : {7.0, -4.0}) {
+      const double left = push > 0.0 ? push - 5.0 : push + 2.0;  // N
+      EXPECT_NEAR(run_block(constant_drive(1, 2.0, 0.01, push), 0.0, {spec}, engine, 0.01).v.back(),
+                  left / kBlockMass * 2.0, engine == "ode" ? 1e-4 : 1e-10)
+          << engine;
+    }
+  }
+}
+
+TEST(CoulombAsymmetry, IsCoulombFrictionBesideAnOffset) {
+  const Drive drive = sine_drive(1, 4.0, 0.01, 9.0);
+  const BlockRun one =
+      run_block(drive, 0.4, {effect("coulomb_asymmetry", "slide", {{"Fc_up", 1.7}, {"Fc_down", 0.9}})});
+  const BlockRun two = run_block(
+      drive, 0.4,
+      {effect("coulomb_friction", "slide", {{"Fc", 1.3}}), effect("torque_offset", "slide", {{"tau0", -0.4}})});
+  EXPECT_LT(worst_difference(one.q, two.q), kRounding);
+  const BlockRun equal =
+      run_block(drive, 0.4, {effect("coulomb_asymmetry", "slide", {{"Fc_up", 1.3}, {"Fc_down", 1.3}})});
+  EXPECT_TRUE(same_bits(equal.q, run_block(drive, 0.4, {effect("coulomb_friction", "slide", {{"Fc", 1.3}})}).q));
+  EXPECT_GT(worst_difference(one.q, equal.q), 1e-2) << "nothing was tested";
+}
+
+TEST(CoulombAsymmetry, OfOneDirectionOnlyIsARatchet) {
+  // Nothing withstands negative motion; positive pulls below 3 N are held.
+  const EffectSpec spec = effect("coulomb_asymmetry", "slide", {{"Fc_up", 3.0}});
+  EXPECT_EQ(run_block(constant_drive(1, 0.5, 0.01, 2.9), 0.0, {spec}).q.back(), 0.0);
+  EXPECT_NEAR(run_block(constant_drive(1, 0.5, 0.01, -1.0), 0.0, {spec}).v.back(), -0.5 / kBlockMass, 1e-10);
+}
+
+TEST(StribeckFriction, SlidesAtNoLessThanItsBreakAwayEffort) {
+  const Drive drive = sine_drive(1, 3.0, 0.01, 6.0);
+  const Start start{{0.0}, {0.3}};
+  const Scenario scenario = pushed_block(drive, start);
+  const PlantModel model =
+      PlantModel(scenario).with_effects({effect("stribeck_friction", "slide", {{"Fc", 1.5}, {"Fs", 1.5}})});
+  std::vector<double> values = model.values();
+  values[static_cast<std::size_t>(model.find("slide.stribeck_friction.Fs"))] = 0.4;  // as a search may ask
+  const Experiment experiment = started_experiment(scenario, start);
+  const auto asked = predict(model, experiment, {values, model.values()}, on("featherstone", kStep));
+  EXPECT_TRUE(same_bits(asked[0], asked[1]));
+}
+
 TEST(StribeckFriction, BreaksAwayAtItsStaticEffortAndSlidesAtItsOwnCurve) {
   const EffectSpec spec = effect("stribeck_friction", "slide", {{"Fc", 2.0}, {"Fs", 5.0}, {"vs", 0.3}});
   const BlockRun held = run_block(constant_drive(1, 1.0, 0.01, 4.99), 0.0, {spec});
@@ -330,6 +423,26 @@ TEST(Payload, ActsOnlyInTheRecordingsThatAreNamed) {
   const auto b = predict_one(loaded, experiment, on("featherstone", kStep));
   EXPECT_TRUE(same_bits(a[1], b[1]));
   EXPECT_GT(worst_difference(a[0][0], b[0][0]), 1e-3);
+}
+
+TEST(Actuators, OfNegativeGainAreThoseOfPositiveGainUnderTheOppositeCommand) {
+  const Start start{{0.1}, {0.0}};
+  const Drive drive = sine_drive(1, 2.0, 0.01, 2.0);
+  Drive opposite = drive;
+  for (double& u : opposite.u[0]) u = -u;
+  const std::map<std::string, std::map<std::string, double>> models = {
+      {"torque_source", {{"damping", 2.0}, {"stiffness", 5.0}}},
+      {"flow_source", {{"damping", 40.0}, {"stiffness", 800.0}}},
+      {"direct_effort", {{"damping", 2.0}}}};
+  for (const auto& [model, others] : models) {
+    const auto moved = [&, &model = model](double gain, const Drive& by) {
+      std::map<std::string, double> p = others;
+      p["gain"] = gain;
+      const Scenario scenario = driven_scenario(block_robot(), {actuator("slide", model, p)}, by, start);
+      return predict_one(PlantModel(scenario), started_experiment(scenario, start), on("featherstone", kStep));
+    };
+    EXPECT_TRUE(same_bits(moved(-3.0, drive), moved(3.0, opposite))) << model;
+  }
 }
 
 TEST(Actuators, FollowTheirClosedForms) {

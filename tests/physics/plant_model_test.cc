@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "ga/search_space.h"
 #include "tests/physics/plants.h"
 
 namespace lacuna {
@@ -50,6 +51,14 @@ TEST(PlantModel, NamesEveryParameterWithItsUnitAndValue) {
 TEST(PlantModel, GivesLinearUnitsToPrismaticJoints) {
   const PlantModel model(bare_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}})}));
   EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("slide.damping"))].unit, "N s/m");
+  const PlantModel more =
+      model.with_effects({effect("power_friction", "slide", {}), effect("gear_ripple", "slide", {}),
+                          effect("viscous_friction", "slide", {}), effect("torque_offset", "slide", {})});
+  const std::vector<std::pair<std::string, std::string>> units = {
+      {"power_friction.c", "N (s/m)^p"}, {"power_friction.v0", "m/s"}, {"gear_ripple.n", "1/m"}, {"gear_ripple.a", "N"},
+      {"viscous_friction.D", "N s/m"},   {"torque_offset.tau0", "N"}};
+  for (const auto& [name, unit] : units)
+    EXPECT_EQ(more.parameters()[static_cast<std::size_t>(more.find("slide." + name))].unit, unit) << name;
 }
 
 TEST(PlantModel, RefusesWhatItDoesNotKnowAndListsWhatItDoes) {
@@ -74,6 +83,80 @@ TEST(PlantModel, RefusesMissingAndImpossibleValuesWithTheAllowedRange) {
                  {"T = 5", "1 s"});
   expect_refused(pendulum_with({drive()}, {effect("coulomb_friction", "swing", {{"Fc", kMissing}})}), "test: effects",
                  {"Fc"});
+}
+
+TEST(PlantModel, RefusesABreakAwayEffortBelowTheSlidingOne) {
+  expect_refused(pendulum_with({drive()}, {effect("stribeck_friction", "swing", {{"Fc", 2.0}, {"Fs", 1.0}})}),
+                 "test: effects", {"Fs = 1 N m", "at least Fc = 2 N m"});
+  expect_refused(pendulum_with({drive()}, {effect("stribeck_friction", "swing", {{"Fc", 2.0}})}), "test: effects",
+                 {"Fs = 0 N m", "at least Fc = 2 N m"});
+  const PlantModel equal(pendulum_with({drive()}, {effect("stribeck_friction", "swing", {{"Fc", 2.0}, {"Fs", 2.0}})}));
+  EXPECT_GE(equal.find("swing.stribeck_friction.Fs"), 0);
+}
+
+TEST(PlantModel, TakesNegativeGainsAndOrdersTheBoundsRelativeToThem) {
+  for (const ActuatorInfo& info : actuator_table()) {
+    std::map<std::string, double> p{{"gain", -2.0}, {"damping", 0.5}};
+    if (info.roles.stiffness >= 0) p["stiffness"] = 1.0;
+    Scenario scenario = pendulum_with({actuator("swing", info.name, p)});
+    scenario.identify = {{"gain", true, 0.5, 2.0, "test"}};
+    const PlantModel model(scenario);
+    EXPECT_EQ(model.values()[static_cast<std::size_t>(model.find("swing.gain"))], -2.0) << info.name;
+    const SearchSpace space(model, scenario);
+    ASSERT_EQ(space.size(), 1u);
+    EXPECT_EQ(space.axes()[0].lower, -4.0) << info.name;
+    EXPECT_EQ(space.axes()[0].upper, -1.0) << info.name;
+  }
+}
+
+/// A boom and an arm, as an excavator's: the second joint is named as the whole arm is.
+Scenario excavator(std::vector<EffectSpec> effects) {
+  const std::string link =
+      "<inertial><origin xyz='0.5 0 0'/><mass value='2'/><inertia ixx='0.1' iyy='0.2' izz='0.2' ixy='0' ixz='0' "
+      "iyz='0'/></inertial>";
+  const auto joint = [](const std::string& name, const std::string& from, const std::string& to) {
+    return "<joint name='" + name + "' type='continuous'><origin xyz='1 0 0'/><parent link='" + from +
+           "'/><child link='" + to + "'/><axis xyz='0 1 0'/></joint>";
+  };
+  Scenario scenario =
+      bare_scenario(Robot::from_urdf_text("<robot name='excavator'><link name='base'/><link name='one'>" + link +
+                                              "</link><link name='two'>" + link + "</link>" +
+                                              joint("boom", "base", "one") + joint("arm", "one", "two") + "</robot>",
+                                          "excavator"),
+                    {actuator("arm", "torque_source", {{"gain", 2.0}, {"damping", 0.5}, {"stiffness", 1.0}})});
+  scenario.effects = std::move(effects);
+  return scenario;
+}
+
+TEST(PlantModel, TellsAJointNamedArmFromTheWholeArm) {
+  const PlantModel model(
+      excavator({effect("payload", "arm", {{"m", 3.0}}), effect("coulomb_friction", "arm", {{"Fc", 0.7}}),
+                 effect("supply_pressure_sag", "arm", {{"depth", 0.1}, {"flow_arm", 2.0}})}));
+  EXPECT_EQ(model.effects()[static_cast<std::size_t>(model.find_effect_at("payload", "arm"))].joint, -1);
+  EXPECT_EQ(model.effects()[static_cast<std::size_t>(model.find_effect_at("coulomb_friction", "arm"))].joint, 1);
+  EXPECT_EQ(model.find_effect_at("coulomb_friction", "boom"), -1);
+  for (const Component& effect : model.effects()) EXPECT_EQ(model.place_name(effect), "arm");
+  const std::vector<std::pair<std::string, double>> expected = {{"arm.gain", 2.0},
+                                                                {"arm.payload.m", 3.0},
+                                                                {"arm.coulomb_friction.Fc", 0.7},
+                                                                {"arm.supply_pressure_sag.flow_arm", 2.0}};
+  for (const auto& [name, value] : expected) {
+    ASSERT_GE(model.find(name), 0) << name;
+    EXPECT_EQ(model.values()[static_cast<std::size_t>(model.find(name))], value) << name;
+    EXPECT_EQ(model.matching(name), std::vector<int>{model.find(name)});
+  }
+  EXPECT_EQ(model.matching("gain"), std::vector<int>{model.find("arm.gain")});
+  EXPECT_EQ(model.matching("payload.m"), std::vector<int>{model.find("arm.payload.m")});
+}
+
+TEST(PlantModel, LetsNoJointNamedArmStandForTheWholeArmTwice) {
+  const PlantModel plain(excavator({}));
+  const PlantModel joint = plain.with_effects({effect("armature", "arm", {{"J", 0.3}})});
+  EXPECT_EQ(joint.armatures(joint.values()), (std::vector<double>{0.0, 0.3}));
+  expect_refused(excavator({effect("armature", "arm", {}), effect("armature", "arm", {})}), "test: effects", {"twice"});
+  expect_refused(excavator({effect("payload", "boom", {})}), "test: effects", {"\"boom\"", "arm"});
+  const PlantModel carrying = plain.with_effects({effect("payload", "arm", {{"m", 3.0}})});
+  EXPECT_NEAR(carrying.inertials(carrying.values())[1].mass, 5.0, 1e-14);
 }
 
 TEST(PlantModel, RefusesEffectsAtAPlaceWhereTheyCannotActOrStandAlready) {

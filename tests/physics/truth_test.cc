@@ -81,6 +81,32 @@ TEST(Truth, AgreesWithTheRolloutForEveryEffect) {
     EXPECT_LT(disagreement(with_typical(scenario, info, moved), moved, "featherstone"), kEngineAgreement) << info.name;
 }
 
+TEST(Lanes, EqualDoubleForEveryEffect) {
+  // rad: roundings of either path, which events (a joint that sticks a step earlier) may carry on.
+  constexpr double kRounding = 1e-9;
+  const Scenario scenario = two_rods();
+  const Experiment moved = moved_by_the_truth(scenario);
+  for (const EffectInfo& info : effect_table()) {
+    const PlantModel model = with_typical(scenario, info, moved);
+    Noise random(11);
+    std::vector<std::vector<double>> values(static_cast<std::size_t>(lane_info().width) + 1, model.values());
+    for (std::vector<double>& individual : values) {
+      for (double& x : individual) {
+        if (std::isfinite(x)) x *= 0.9 + 0.2 * random.uniform();
+      }
+    }
+    const auto lanes = predict(model, moved, values, on("featherstone", 0.005));
+    auto scalar = make_engine_predictor("featherstone", model, moved);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::vector<LaneTask> one{{&values[i], &moved.segments[0]}};
+      std::vector<std::vector<std::vector<double>>> expected;
+      scalar->predict(one, 0.005, expected);
+      for (std::size_t c = 0; c < moved.channels.size(); ++c)
+        EXPECT_LT(worst_difference(lanes[i][0][c], expected[0][c]), kRounding) << info.name << ", individual " << i;
+    }
+  }
+}
+
 TEST(Truth, IsMetThroughStiffSpringsByTheStepThatIsChosen) {
   // rad. A step is to leave a tenth of it; where contacts cost the rollout its order, halving shows half of the error.
   constexpr double kNoise = 1e-4;

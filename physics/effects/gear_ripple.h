@@ -1,0 +1,44 @@
+#pragma once
+
+#include "physics/catalogue.h"
+
+namespace lacuna {
+
+/// Effort that comes and goes n times a turn: cogging, eccentric gears, a harmonic drive's two waves. Neutral at
+/// a = b = 0.
+struct GearRipple {
+  static EffectInfo info() {
+    EffectInfo info{
+        "gear_ripple",
+        "Gear ripple",
+        Where::joint,
+        Stage::transmission,
+        "tau += a sin(n q) + b cos(n q)",
+        "error that repeats with the joint's angle, over and over",
+        "lever_arm_variation, gravity_spring",
+        "H. Olsson et al., Eur. J. Control 4 (1998); position-dependent friction and cogging: Armstrong-Helouvry 1991",
+        {{"a", "N m", 0.0, -1e9, 1e9, "sine part", Scale::effort, {0.02}},
+         {"b", "N m", 0.0, -1e9, 1e9, "cosine part", Scale::effort, {0.02}},
+         {"n",
+          "1/rad",
+          1.0,
+          1e-3,
+          1e4,
+          "angle of the ripple per angle of the joint: periods a turn",
+          Scale::ratio,
+          {4.0, 10.0, 24.0, 60.0}}}};
+    info.in_efforts = true;
+    return info;
+  }
+  template <class T>
+  static T effort(const T* p, const JointView<T>& s) {
+    T sine, cosine;
+    sincos(p[kN] * s.q, sine, cosine);
+    return p[kA] * sine + p[kB] * cosine;
+  }
+
+ private:
+  enum { kA, kB, kN };
+};
+
+}  // namespace lacuna
