@@ -21,12 +21,16 @@ constexpr double kFlat = 0.1;
 /// Chi-square units: a step that lowers the cost by less is below anything that statistics could see.
 constexpr double kLikelihoodShare = 0.05;
 
-/// The stacked residual as one Ceres cost function over one parameter block.
+/// The stacked residual, and below it a row for each prior, as one Ceres cost function over one parameter block.
 class ResidualCost final : public ceres::CostFunction {
  public:
   ResidualCost(Problem& problem, std::span<const int> segments, Eigen::Index rows)
       : problem_(problem), segments_(segments) {
-    set_num_residuals(static_cast<int>(rows));
+    const auto& axes = problem.space().axes();
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      if (std::isfinite(axes[a].prior)) priors_.push_back(a);
+    }
+    set_num_residuals(static_cast<int>(rows + static_cast<Eigen::Index>(priors_.size())));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(problem.space().size()));
   }
 
@@ -45,12 +49,22 @@ class ResidualCost final : public ceres::CostFunction {
     }
     if (!last_.allFinite()) return false;
     Eigen::Map<Eigen::VectorXd>(residuals, last_.size()) = last_;
+    for (std::size_t k = 0; k < priors_.size(); ++k) {
+      const Axis& axis = problem_.space().axes()[priors_[k]];
+      residuals[static_cast<std::size_t>(last_.size()) + k] = (point[priors_[k]] - axis.center) / axis.prior;
+    }
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
     const Eigen::MatrixXd J = problem_.jacobian(point, last_, segments_);
     evaluations += J.cols();
     if (!J.allFinite()) return false;
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor>(jacobians[0], J.rows(), J.cols()) = J;
+    Eigen::Map<RowMajor> all(jacobians[0], num_residuals(), J.cols());
+    all.topRows(J.rows()) = J;
+    all.bottomRows(num_residuals() - J.rows()).setZero();
+    for (std::size_t k = 0; k < priors_.size(); ++k) {
+      all(J.rows() + static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(priors_[k])) =
+          1.0 / problem_.space().axes()[priors_[k]].prior;
+    }
     return true;
   }
 
@@ -59,6 +73,7 @@ class ResidualCost final : public ceres::CostFunction {
  private:
   Problem& problem_;
   std::span<const int> segments_;
+  std::vector<std::size_t> priors_;  ///< axes that have one
   mutable std::vector<double> last_point_;
   mutable Eigen::VectorXd last_;
 };
@@ -86,7 +101,8 @@ class ProjectedDescent {
         segments_(segments),
         result_(result),
         axes_(problem.space().axes()),
-        floor_(least_curvatures(axes_)) {
+        floor_(least_curvatures(axes_)),
+        prior_(prior_information(axes_)) {
     residual_ = problem.residual(result.point, segments);
     if (options.jacobian != nullptr) {
       jacobian_ = *options.jacobian;
@@ -98,7 +114,7 @@ class ProjectedDescent {
   /// One step, with as many trials as it takes; false when no more is gained than `tolerance` of the cost.
   bool iterate(double tolerance) {
     if (state_ == State::doubtful && !renew()) return false;
-    const double cost = residual_.squaredNorm();
+    const double cost = cost_of(residual_, result_.point);
     for (int tried = 0; tried < kDampings;) {
       const std::vector<std::vector<double>> fan = steps();
       const std::vector<Eigen::VectorXd> moved = problem_.residuals(fan, segments_);
@@ -106,7 +122,7 @@ class ProjectedDescent {
       std::size_t best = fan.size();
       double least = cost;
       for (std::size_t k = 0; k < fan.size(); ++k) {
-        const double sum = moved[k].allFinite() ? moved[k].squaredNorm() : HUGE_VAL;
+        const double sum = moved[k].allFinite() ? cost_of(moved[k], fan[k]) : HUGE_VAL;
         if (sum < least) least = sum, best = k;
       }
       if (best < fan.size()) {
@@ -127,7 +143,7 @@ class ProjectedDescent {
   /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
   bool at_the_bottom(double tolerance) {
     if (state_ != State::exact && !renew()) return true;
-    return promise_of(way_to(steps().front())) <= tolerance * residual_.squaredNorm();
+    return promise_of(way_to(steps().front())) <= tolerance * cost_of(residual_, result_.point);
   }
 
   const Eigen::VectorXd& residual() const { return residual_; }
@@ -155,9 +171,24 @@ class ProjectedDescent {
     return out.selfadjointView<Eigen::Lower>();
   }
 
+  /// What is minimised: the data's part and the priors'.
+  double cost_of(const Eigen::VectorXd& residual, const std::vector<double>& point) const {
+    return residual.squaredNorm() + prior_cost(axes_, point);
+  }
+
+  /// Half of that cost's gradient at the present point.
+  Eigen::VectorXd gradient() const {
+    Eigen::VectorXd out = jacobian_.transpose() * residual_;
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      const Eigen::Index i = static_cast<Eigen::Index>(a);
+      out(i) += prior_(i) * (result_.point[a] - axes_[a].center);
+    }
+    return out;
+  }
+
   /// How far the linear look expects the cost to fall along `way`.
   double promise_of(const Eigen::VectorXd& way) const {
-    return -way.dot(2.0 * (jacobian_.transpose() * residual_) + normal_ * way);
+    return -way.dot(2.0 * gradient() + normal_ * way + prior_.cwiseProduct(way));
   }
 
   Eigen::VectorXd way_to(const std::vector<double>& next) const {
@@ -167,8 +198,8 @@ class ProjectedDescent {
 
   void accept(const std::vector<double>& next, const Eigen::VectorXd& moved) {
     const Eigen::VectorXd way = way_to(next), expected = residual_ + jacobian_ * way;
-    const double cost = residual_.squaredNorm(), promised = cost - expected.squaredNorm();
-    const bool kept_its_word = cost - moved.squaredNorm() > kKept * promised;
+    const double cost = cost_of(residual_, result_.point), promised = cost - cost_of(expected, next);
+    const bool kept_its_word = cost - cost_of(moved, next) > kKept * promised;
     state_ = kept_its_word ? State::updated : State::doubtful;
     const Eigen::VectorXd weighed = normal_.diagonal().cwiseProduct(way);
     if (const double length = weighed.dot(way); length > 0.0) update(moved - expected, weighed / length);
@@ -185,20 +216,21 @@ class ProjectedDescent {
 
   /// Where the step ends at the present damping and, where they cost no more, at coarser ones.
   std::vector<std::vector<double>> steps() const {
-    const Eigen::VectorXd gradient = jacobian_.transpose() * residual_;
+    const Eigen::VectorXd slope = gradient();
     std::vector<Eigen::Index> free;
-    for (Eigen::Index i = 0; i < gradient.size(); ++i) {
+    for (Eigen::Index i = 0; i < slope.size(); ++i) {
       const std::size_t a = static_cast<std::size_t>(i);
-      const bool stuck = (result_.point[a] <= axes_[a].lower && gradient(i) > 0.0) ||
-                         (result_.point[a] >= axes_[a].upper && gradient(i) < 0.0);
+      const bool stuck = (result_.point[a] <= axes_[a].lower && slope(i) > 0.0) ||
+                         (result_.point[a] >= axes_[a].upper && slope(i) < 0.0);
       if (!stuck) free.push_back(i);
     }
     if (free.empty()) return {result_.point};
-    const Eigen::MatrixXd normal = normal_(free, free);
+    Eigen::MatrixXd normal = normal_(free, free);
+    normal.diagonal() += prior_(free);
     std::vector<std::vector<double>> out(problem_.simulator().lanes() > 1 ? kDampings : 1, result_.point);
     double damping = damping_;
     for (std::vector<double>& next : out) {
-      const Eigen::VectorXd delta = damped_step(normal, gradient(free), damping + kFloor, floor_(free));
+      const Eigen::VectorXd delta = damped_step(normal, slope(free), damping + kFloor, floor_(free));
       damping *= kCoarser;
       for (std::size_t k = 0; k < free.size(); ++k) {
         const std::size_t a = static_cast<std::size_t>(free[k]);
@@ -212,7 +244,7 @@ class ProjectedDescent {
   std::span<const int> segments_;
   LeastSquaresResult& result_;
   const std::vector<Axis>& axes_;
-  Eigen::VectorXd floor_;
+  Eigen::VectorXd floor_, prior_;
   Eigen::VectorXd residual_;
   Eigen::MatrixXd jacobian_, normal_;  ///< normal_: J^T J
   State state_ = State::doubtful;
@@ -286,6 +318,18 @@ Eigen::VectorXd least_curvatures(std::span<const Axis> axes) {
   return out;
 }
 
+Eigen::VectorXd prior_information(std::span<const Axis> axes) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(axes.size()));
+  for (std::size_t a = 0; a < axes.size(); ++a) out(static_cast<Eigen::Index>(a)) = std::pow(axes[a].prior, -2);
+  return out;
+}
+
+double prior_cost(std::span<const Axis> axes, std::span<const double> point) {
+  double sum = 0.0;
+  for (std::size_t a = 0; a < axes.size(); ++a) sum += std::pow((point[a] - axes[a].center) / axes[a].prior, 2);
+  return sum;
+}
+
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
                             const Eigen::VectorXd& floor) {
   const Eigen::VectorXd scale = column_scales(normal);
@@ -313,6 +357,7 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
     result.jacobian = problem.jacobian(result.point, result.residual, segments);
   }
   result.sum_of_squares = result.residual.squaredNorm();
+  result.prior_cost = prior_cost(problem.space().axes(), result.point);
   return result;
 }
 
@@ -349,6 +394,21 @@ double coordinate_size(double value, double lower, double upper) {
   return size > 1e-3 * range || !std::isfinite(range) ? std::max(size, 1e-12) : range;
 }
 
+namespace {
+
+/// Covariance, in units of `sizes`, of what data of variance `scale` and priors know together.
+Eigen::MatrixXd posterior(const Eigen::MatrixXd& scaled, const Eigen::VectorXd& sizes, double scale,
+                          const Eigen::VectorXd& prior) {
+  Eigen::MatrixXd known = scaled.transpose() * scaled / scale;
+  known.diagonal() += sizes.cwiseAbs2().cwiseProduct(prior);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(known);
+  const double least = 1e-15 * std::max(eigen.eigenvalues().maxCoeff(), 1e-300);
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least).cwiseInverse().asDiagonal() *
+         eigen.eigenvectors().transpose();
+}
+
+}  // namespace
+
 Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
                                 const Eigen::MatrixXd& jacobian, double variance, double samples_share) {
   Eigen::VectorXd sizes(jacobian.cols());
@@ -356,11 +416,11 @@ Identifiability identifiability(const SearchSpace& space, const std::vector<doub
     const Axis& axis = space.axes()[a];
     sizes(static_cast<Eigen::Index>(a)) = coordinate_size(point[a], axis.lower, axis.upper);
   }
-  return identifiability(sizes, jacobian, variance, samples_share);
+  return identifiability(sizes, jacobian, variance, samples_share, prior_information(space.axes()));
 }
 
 Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::MatrixXd& jacobian, double variance,
-                                double samples_share) {
+                                double samples_share, const Eigen::VectorXd& prior) {
   Identifiability out;
   const Eigen::Index n = jacobian.cols();
   if (n == 0) return out;
@@ -383,6 +443,7 @@ Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::Matri
   }
   out.condition = std::sqrt(largest / std::max(eigen.eigenvalues().minCoeff(), 1e-15 * largest));
   for (Eigen::Index a = 0; a < n; ++a) out.relative_error.push_back(std::sqrt(covariance(a, a)));
+  if (prior.size() == n && prior.maxCoeff() > 0.0) covariance = posterior(scaled, sizes, scale, prior);
   out.covariance = sizes.asDiagonal() * covariance * sizes.asDiagonal();
   return out;
 }

@@ -19,10 +19,11 @@ struct LeastSquaresOptions {
 };
 
 struct LeastSquaresResult {
-  std::vector<double> point;  ///< search coordinates
-  Eigen::VectorXd residual;   ///< whitened, at `point`
-  Eigen::MatrixXd jacobian;   ///< at `point`
-  double sum_of_squares = 0.0;
+  std::vector<double> point;    ///< search coordinates
+  Eigen::VectorXd residual;     ///< whitened, at `point`
+  Eigen::MatrixXd jacobian;     ///< at `point`
+  double sum_of_squares = 0.0;  ///< of the residual: the data's part of what was minimised
+  double prior_cost = 0.0;      ///< the priors' part at `point`
   int iterations = 0;
   long evaluations = 0;  ///< simulations of all segments
   bool converged = false;
@@ -42,8 +43,14 @@ Eigen::VectorXd least_curvatures(std::span<const Axis> axes);
 Eigen::VectorXd damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
                             const Eigen::VectorXd& floor);
 
-/// Minimises |residual|^2 over `segments` from `start`. Throws WorkError when the start itself cannot be simulated,
-/// std::invalid_argument where it is no point of the problem's space.
+/// 1 / prior^2 of each axis, what its prior adds to the diagonal of a normal matrix; 0 without a prior.
+Eigen::VectorXd prior_information(std::span<const Axis> axes);
+/// Sum over the axes of ((x - center) / prior)^2.
+double prior_cost(std::span<const Axis> axes, std::span<const double> point);
+
+/// Minimises |residual|^2 + prior_cost over `segments` from `start`: weights are noise, so both count in the same unit.
+/// Throws WorkError when the start itself cannot be simulated, std::invalid_argument where it is no point of the
+/// problem's space.
 LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<double>& start,
                                        std::span<const int> segments, const LeastSquaresOptions& options = {});
 
@@ -56,8 +63,8 @@ double effective_samples(const Eigen::VectorXd& residual, std::span<const Residu
 struct Identifiability {
   int rank = 0;                        ///< directions known better than their own size
   double condition = 0.0;              ///< of the sensitivities, columns scaled by the parameters' sizes
-  Eigen::MatrixXd covariance;          ///< of the search point; infinite directions are left out, see `rank`
-  std::vector<double> relative_error;  ///< per axis: standard error over the parameter's size
+  Eigen::MatrixXd covariance;          ///< of the search point, priors included; see `rank` for what is infinite
+  std::vector<double> relative_error;  ///< per axis: standard error by the data alone over the parameter's size
   struct Direction {
     double relative_error = 0.0;  ///< standard error along it, over its size
     std::vector<double> weights;  ///< unit vector over the axes, each scaled by its size
@@ -65,13 +72,15 @@ struct Identifiability {
   std::vector<Direction> undetermined;  ///< worst first
 };
 
-/// From the whitened Jacobian. `variance` is the residual's variance (whitened), `samples_share` the effective share of
-/// the samples: together they scale the covariance.
+/// From the data's whitened Jacobian: priors narrow the covariance, but make nothing determined. `variance` is the
+/// residual's variance (whitened), `samples_share` the effective share of the samples: together they scale the
+/// covariance.
 Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
                                 const Eigen::MatrixXd& jacobian, double variance, double samples_share);
-/// The same with the sizes of the coordinates given: `sizes`, one per column, above 0.
+/// The same with the sizes of the coordinates given: `sizes`, one per column, above 0; `prior`: prior_information(),
+/// empty for none.
 Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::MatrixXd& jacobian, double variance,
-                                double samples_share);
+                                double samples_share, const Eigen::VectorXd& prior = {});
 /// What a coordinate's relative error is counted in: its value, or where that is near zero the width of its bounds.
 double coordinate_size(double value, double lower, double upper);
 

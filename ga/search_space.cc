@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 
 #include "scenarios/error.h"
 
@@ -99,6 +100,15 @@ void SearchSpace::add(const PlantModel& model, const Axis& axis) {
     std::copy(base_.begin(), base_.end(), values.begin());
     return values;
   }();
+}
+
+void SearchSpace::replace(std::vector<Axis> axes) {
+  bool same = axes.size() == axes_.size();
+  for (std::size_t a = 0; same && a < axes.size(); ++a) {
+    same = axes[a].parameter == axes_[a].parameter && axes[a].coordinate == axes_[a].coordinate;
+  }
+  if (!same) throw std::invalid_argument("other axes than those of the search space");
+  axes_ = std::move(axes);
 }
 
 Box SearchSpace::box(const PlantModel& model) const {

@@ -1,6 +1,7 @@
 // Which numbers of a plant are searched, between which bounds, and how a search point becomes a parameter vector.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,11 +13,14 @@
 
 namespace lacuna {
 
-/// One coordinate of the search. Bounds and start are in the search coordinate (to_search).
+/// One coordinate of the search. Bounds, start and prior are in the search coordinate (to_search). Only least squares
+/// knows the prior: it keeps what the data leave open near `center`, where bounds alone would let it slide.
 struct Axis {
   int parameter = 0;  ///< index in PlantModel::parameters()
   double lower = 0.0, upper = 0.0, start = 0.0;
   Coordinate coordinate = Coordinate::linear;
+  double prior = HUGE_VAL;  ///< standard deviation of a Gaussian prior about `center`; infinite: none
+  double center = 0.0;      ///< of the prior
 };
 
 /// Search point -> parameter vector. With a known total mass one free link mass (the heaviest at the start) is no axis:
@@ -29,6 +33,9 @@ class SearchSpace {
 
   /// One more axis at the end (an effect's parameter). Bounds are cut to the parameter's physical range.
   void add(const PlantModel& model, const Axis& axis);
+
+  /// The same axes with other bounds, starts or priors; std::invalid_argument for others.
+  void replace(std::vector<Axis> axes);
 
   std::size_t size() const { return axes_.size(); }
   const std::vector<Axis>& axes() const { return axes_; }

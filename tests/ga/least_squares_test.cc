@@ -189,6 +189,67 @@ TEST(LeastSquares, TriesEightDampingsInOnePassToTheSameEnd) {
   }
 }
 
+/// The space with a prior on every axis, about `centers`, a standard deviation of `width` of them.
+SearchSpace with_priors(const SearchSpace& space, const std::vector<double>& centers, double width) {
+  std::vector<Axis> axes = space.axes();
+  for (std::size_t a = 0; a < axes.size(); ++a) axes[a].center = centers[a], axes[a].prior = width * centers[a];
+  SearchSpace out = space;
+  out.replace(axes);
+  return out;
+}
+
+TEST(LeastSquares, MinimisesTheSumOfDataAndPriors) {
+  for (const bool polish : {false, true}) {
+    Setting s(pendulum_problem(kFar, kDrive, 2e-3));
+    // Off the truth (3, .8, 4), and as sharp as the data: both parts count.
+    const SearchSpace space = with_priors(s.space, {3.03, 0.81, 3.96}, 3e-3);
+    Problem problem(s.model, s.experiment, space, on("featherstone", 0.005), first_weights(s.model, s.experiment));
+    LeastSquaresOptions options;
+    options.polish = polish;
+    const LeastSquaresResult fit = solve_least_squares(problem, space.start(), s.train, options);
+    const Eigen::VectorXd prior = prior_information(space.axes());
+    Eigen::VectorXd slope = fit.jacobian.transpose() * fit.residual;
+    for (std::size_t a = 0; a < space.size(); ++a)
+      slope(static_cast<Eigen::Index>(a)) +=
+          prior(static_cast<Eigen::Index>(a)) * (fit.point[a] - space.axes()[a].center);
+    Eigen::MatrixXd normal = fit.jacobian.transpose() * fit.jacobian;
+    normal.diagonal() += prior;
+    const Eigen::VectorXd left = normal.ldlt().solve(slope);
+    for (Eigen::Index a = 0; a < left.size(); ++a)
+      EXPECT_LT(std::fabs(left(a)), 0.2 * std::sqrt(normal.inverse()(a, a))) << "off the bottom along axis " << a;
+    EXPECT_DOUBLE_EQ(fit.sum_of_squares, fit.residual.squaredNorm());
+    EXPECT_DOUBLE_EQ(fit.prior_cost, prior_cost(space.axes(), fit.point));
+    EXPECT_GT(fit.prior_cost, 1.0);
+    const Identifiability known = identifiability(space, fit.point, fit.jacobian, 1.0, 1.0);
+    EXPECT_LT((known.covariance - normal.inverse()).norm(), 1e-6 * known.covariance.norm());
+  }
+}
+
+TEST(LeastSquares, LeavesAnUndeterminedDirectionAtTheCentreOfItsPrior) {
+  // Gain, damping, stiffness and mass up to one common factor, from a start off the centre along it.
+  Setting s(pendulum_problem({2.5, 1.0, 3.0, 1.0}, {"gain", "damping", "stiffness", "mass"}, 1e-3));
+  const SearchSpace space = with_priors(s.space, s.space.start(), 0.7);
+  Problem problem(s.model, s.experiment, space, on("featherstone", 0.005), first_weights(s.model, s.experiment));
+  std::vector<double> start = space.start();
+  for (double& x : start) x *= 4.0;
+  const LeastSquaresResult fit = solve_least_squares(problem, start, s.train);
+  // In relative changes the data leave (3, .8, 4, 1) times a factor; the priors' best of them, in closed form.
+  const std::vector<double> truth{3.0, 0.8, 4.0, 1.0};
+  double along = 0.0, square = 0.0;
+  for (std::size_t a = 0; a < 4; ++a) {
+    const double share = truth[a] / space.axes()[a].center;
+    along += share, square += share * share;
+  }
+  for (std::size_t a = 0; a < 4; ++a) EXPECT_NEAR(fit.point[a], truth[a] * along / square, 0.03 * truth[a]) << a;
+  const Identifiability known = identifiability(space, fit.point, fit.jacobian, 1.0, 1.0);
+  EXPECT_EQ(known.rank, 3) << "a prior determines nothing";
+  for (std::size_t a = 0; a < 4; ++a) {
+    const Eigen::Index i = static_cast<Eigen::Index>(a);
+    EXPECT_GT(known.relative_error[a], 1.0) << a;
+    EXPECT_LT(std::sqrt(known.covariance(i, i)), space.axes()[a].prior) << "wider than its prior: axis " << a;
+  }
+}
+
 TEST(LeastSquares, RefusesAPointOfAnotherSpace) {
   Setting s(pendulum_problem(kFar, kDrive, 1e-3));
   EXPECT_THROW(solve_least_squares(s.problem, {1.0, 2.0}, s.train), std::invalid_argument);
