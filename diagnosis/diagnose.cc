@@ -7,6 +7,7 @@
 #include "backends/engine.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
+#include "diagnosis/effort_search.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
@@ -121,6 +122,20 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
   return fit.estimates;
 }
 
+/// Effects of `current` beyond those of the plain model, in its order.
+std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentModel& current) {
+  std::vector<EffectSpec> out;
+  const std::vector<double> values = current.space.expand(current.fit.point);
+  for (std::size_t k = plain.effects().size(); k < current.model.effects().size(); ++k) {
+    const Component& c = current.model.effects()[k];
+    EffectSpec spec{effect_table()[static_cast<std::size_t>(c.type)].name, current.model.place_name(c), {}, c.recordings, ""};
+    for (int i = c.first; i < c.first + c.count; ++i)
+      spec.parameters[current.model.parameters()[static_cast<std::size_t>(i)].key] = values[static_cast<std::size_t>(i)];
+    out.push_back(std::move(spec));
+  }
+  return out;
+}
+
 void note_missing(const Scenario& scenario, Diagnosis& out) {
   out.notes.insert(out.notes.begin(), scenario.notes.begin(), scenario.notes.end());
   if (out.after.step.error_over_noise >= 0.1) {
@@ -172,6 +187,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   identify_options.control.progress = [&](const Progress& p) {
     report("plain model: " + p.stage, 0.02 + 0.3 * p.done);
   };
+  // By inverse dynamics all is nearly linear: least squares arrives from anywhere.
+  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) identify_options.optimizer = Optimizer::lsq;
   CurrentModel before{model, space, {}, {}};
   if (!saved.restore_baseline(experiment, options.identify.simulator, before, out.before)) {
     before = identify_plain(model, experiment, space, identify_options, out.before);
@@ -188,22 +205,33 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
 
   out.missing = missing_efforts(before, scenario, simulator, out.seed);
 
-  Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
-  rounds.run();
-  report("whether all are needed", 0.9);
-  rounds.reconsider();
-  CurrentModel& current = rounds.current;
-  simulator = rounds.simulator;
-  for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
-    out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
+  CurrentModel current = before;
+  StepChoice step = out.before.step;
+  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) {
+    EffortSearchOptions search{simulator, control, out.seed, [&](double d) { report("sets of effects", 0.35 + 0.55 * d); }};
+    EffortSearchResult found = search_efforts(before, experiment, search);
+    current = std::move(found.model);
+    out.findings = std::move(found.findings);
+    out.rounds = std::move(found.rounds);
+    out.notes = std::move(found.notes);
+  } else {
+    Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
+    rounds.run();
+    report("whether all are needed", 0.9);
+    rounds.reconsider();
+    current = rounds.current, simulator = rounds.simulator, step = rounds.step;
+    for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
+      out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
+  }
+  out.added = added_effects(before.model, current);
 
   report("motions that separate what is alike", 0.91);
   separate(out.findings, before, current, experiment, simulator, control, out.seed);
 
   report("verifying", 0.92);
   out.after = out.before;
-  if (!out.findings.empty()) record_fit(current, experiment, simulator, out.after);
-  out.after.step = rounds.step;
+  if (!out.added.empty()) record_fit(current, experiment, simulator, out.after);
+  out.after.step = step;
   attach_parameters(out);
   judge_rest(out, before, current, experiment, simulator);
   note_test_rest(out, current, experiment, simulator);

@@ -35,11 +35,7 @@ Scenario with_values(const Scenario& scenario, const PlantModel& model, std::spa
 
 Scenario diagnosed_scenario(const Scenario& scenario, const Diagnosis& diagnosis) {
   const PlantModel plain(scenario);
-  std::vector<EffectSpec> specs;
-  for (const Finding& finding : diagnosis.findings) {
-    specs.push_back({finding.effect, finding.place, finding.fixed, finding.recordings, ""});
-  }
-  return with_values(scenario, plain.with_effects(specs), diagnosis.after.values);
+  return with_values(scenario, plain.with_effects(diagnosis.added), diagnosis.after.values);
 }
 
 }  // namespace lacuna

@@ -116,6 +116,7 @@ struct Diagnosis {
   std::uint64_t seed = 1;
   Verdict verdict = Verdict::consistent;
   std::vector<Finding> findings;
+  std::vector<EffectSpec> added;  ///< effects of the diagnosed model that the scenario's has not, in its order
   Unexplained unexplained;
   std::vector<MissingEffort> missing;  ///< where the plain model fails; empty where that cannot be said
   JointRms noise;

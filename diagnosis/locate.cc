@@ -265,7 +265,6 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
                                            const SimulatorOptions& options, std::uint64_t seed) {
   if (std::holds_alternative<InverseDynamics>(scenario.prediction)) return {};
   const Efforts efforts(model, scenario, options);
-  const Experiment& experiment = efforts.experiment();
   if (!efforts.any() || !efforts.noise_known()) return {};
   const std::vector<int> channels = position_channels(efforts.free_run());
   const Eigen::VectorXd missing = efforts.measured(), noise = efforts.noise(seed);

@@ -201,7 +201,7 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
     const Component& actuator = model.actuators()[j];
     const double gain = actuator.type < 0 ? 1.0 : std::fabs(values[static_cast<std::size_t>(actuator.first)]);
     command += experiment.command_rms[j];
-    effort += gain * experiment.command_rms[j];
+    effort += experiment.effort_rms[j] > 0.0 ? experiment.effort_rms[j] : gain * experiment.command_rms[j];
     position = std::hypot(position, experiment.position_rms[j]);
     velocity = std::hypot(velocity, experiment.speed_rms[j]);
     if (scale == Scale::inertia) inertia += inertia_beyond(model.robot(), i);

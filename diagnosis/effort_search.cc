@@ -1,0 +1,747 @@
+#include "diagnosis/effort_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <map>
+#include <set>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/colour.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/linearised.h"
+#include "diagnosis/partial.h"
+#include "diagnosis/prior.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr int kMostRounds = 40;
+constexpr double kWorthwhile = 1.0;    ///< log evidence that a change must promise to be fitted
+constexpr double kWindow = 8.0;        ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
+constexpr double kClassWindow = 3.0;   ///< within which rivals are not told apart: 20 to 1
+constexpr int kDraws = 60;             ///< of block resamples
+constexpr double kBlockMemories = 5.0; ///< correlation times that a block spans at least
+constexpr std::size_t kLeastBlocks = 10;
+constexpr double kDifference = 1e-3;
+constexpr double kFitTolerance = 1e-6;
+constexpr double kClaimed = 0.5;       ///< probability under which nothing is claimed
+constexpr double kDetermined = 2.0;    ///< standard errors from neutral
+
+using Place = std::pair<std::string, std::string>;  // effect, where
+
+Place place_of(const EffectSpec& spec) { return {spec.effect, spec.place}; }
+
+const EffectInfo& info_of(const std::string& effect) {
+  return effect_table()[static_cast<std::size_t>(find_effect(effect))];
+}
+
+/// The set that stands: its effects in the order of the model, and the model fitted with them.
+struct Hypothesis {
+  std::vector<EffectSpec> effects;
+  CurrentModel model;
+};
+
+/// Axes of effect `spec` in the model: their indices.
+std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec& spec) {
+  const Component& c =
+      current.model.effects()[static_cast<std::size_t>(current.model.find_effect_at(spec.effect, spec.place))];
+  std::vector<std::size_t> out;
+  for (std::size_t a = 0; a < current.space.size(); ++a) {
+    const int p = current.space.axes()[a].parameter;
+    if (p >= c.first && p < c.first + c.count) out.push_back(a);
+  }
+  return out;
+}
+
+/// What is changed of the set that stands.
+struct Change {
+  std::vector<EffectSpec> in;                   ///< with their starts in `own`
+  std::vector<std::vector<double>> own;
+  std::vector<Place> out;
+  std::vector<std::pair<Place, EffectSpec>> shaped;  ///< an effect and its spec with more numbers free
+  std::vector<std::vector<double>> shapes;           ///< values of those numbers, in the order of the new spec's axes
+};
+
+class EffortSearch {
+ public:
+  EffortSearch(const CurrentModel& plain, const Experiment& experiment, const EffortSearchOptions& options)
+      : plain_(plain), experiment_(experiment), options_(options), train_(experiment.with_role(Role::train)),
+        validate_(experiment.with_role(Role::validate)), standing_{{}, plain} {
+    quiet_ = options.control;
+    quiet_.progress = nullptr;
+    quiet_.checkpoint.clear();
+  }
+
+  EffortSearchResult run() {
+    start();
+    for (int round = 0; round < kMostRounds; ++round) {
+      if (options_.progress) options_.progress(0.9 * round / kMostRounds);
+      if (quiet_.stop != nullptr && *quiet_.stop) throw Interrupted();
+      if (!improve()) break;
+    }
+    keep_what_predicts();
+    EffortSearchResult out{standing_.model, {}, {}, notes_};
+    claim(out);
+    out.rounds = std::move(rounds_);
+    return out;
+  }
+
+ private:
+  /// The plain model with the efforts' scales free, which are known to a tenth only.
+  void start() {
+    standing_.model = plain_;
+    for (const Channel& channel : experiment_.channels) {
+      if (channel.kind != ChannelKind::effort) continue;
+      const std::string& joint = experiment_.joint_names[static_cast<std::size_t>(channel.joint)];
+      const EffectSpec scale{"effort_scale", joint, {}, {}, "effort_scale"};
+      if (plain_.model.find_effect_at(scale.effect, joint) >= 0) continue;
+      standing_.model = extended(standing_.model, experiment_, scale, standing_.model.fit.point, {0.0});
+      scales_.push_back(scale);
+    }
+    fit(standing_.model);
+  }
+
+  /// Least squares with priors, weights brought up to date.
+  bool fit(CurrentModel& model) const {
+    set_priors(model.model, experiment_, model.space, model.fit.point);
+    for (int k = 0; k < 2; ++k) {
+      if (!refit(model, experiment_, options_.simulator, quiet_, kFitTolerance)) return false;
+      const std::vector<double> before = model.weights;
+      model.weights = weights_from(model, experiment_, options_.simulator);
+      const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
+      const auto blocks = problem.layout(train_);
+      model.fit.residual = reweighed(std::move(model.fit.residual), blocks, before, model.weights);
+      model.fit.jacobian = reweighed(std::move(model.fit.jacobian), blocks, before, model.weights);
+    }
+    return true;
+  }
+
+  /// The model anew with a change, from the values that stand; fitted. Nothing where it cannot be simulated.
+  std::optional<Hypothesis> changed(const Change& change) const {
+    Hypothesis out{{}, {plain_.model, plain_.space, standing_.model.weights, {}}};
+    out.model.weights = standing_.model.weights;
+    const CurrentModel& now = standing_.model;
+    out.model.fit.point.assign(now.fit.point.begin(),
+                               now.fit.point.begin() + static_cast<std::ptrdiff_t>(plain_.space.size()));
+    const auto add = [&](const EffectSpec& spec, const std::vector<double>& own) {
+      const std::vector<double> point = out.model.fit.point;
+      out.model = extended(out.model, experiment_, spec, point, own);
+    };
+    const auto present = [&](const EffectSpec& spec) {
+      std::vector<double> own;
+      for (const std::size_t a : own_axes(now, spec)) own.push_back(now.fit.point[a]);
+      return own;
+    };
+    for (const EffectSpec& scale : scales_) add(scale, present(scale));
+    for (const EffectSpec& spec : standing_.effects) {
+      if (std::find(change.out.begin(), change.out.end(), place_of(spec)) != change.out.end()) continue;
+      const auto shaped = std::find_if(change.shaped.begin(), change.shaped.end(),
+                                       [&](const auto& s) { return s.first == place_of(spec); });
+      if (shaped == change.shaped.end()) {
+        add(spec, present(spec));
+        out.effects.push_back(spec);
+      } else {
+        add(shaped->second, change.shapes[static_cast<std::size_t>(shaped - change.shaped.begin())]);
+        out.effects.push_back(shaped->second);
+      }
+    }
+    for (std::size_t k = 0; k < change.in.size(); ++k) {
+      add(change.in[k], change.own[k]);
+      out.effects.push_back(change.in[k]);
+    }
+    if (!fit(out.model)) return std::nullopt;
+    return out;
+  }
+
+  // ---- linearised about the set that stands -------------------------------------------------------------------------
+
+  /// Everything simulated and differentiated about a set, in its weights; then whitened with its own colour.
+  struct Surroundings {
+    std::vector<ResidualBlock> train_blocks, validate_blocks;
+    Eigen::VectorXd train, validate;
+    std::vector<LinearColumn> plain;
+    std::vector<Part> parts;
+    double correlation = 1.0;  ///< samples
+  };
+
+  struct Rows {
+    Eigen::VectorXd train, validate;
+  };
+  std::vector<Rows> rows_of(Problem& problem, const std::vector<std::vector<double>>& values) const {
+    std::vector<int> both = train_;
+    both.insert(both.end(), validate_.begin(), validate_.end());
+    const std::vector<Eigen::VectorXd> all = problem.residuals_of(values, both);
+    const auto blocks = problem.layout(train_);
+    const Eigen::Index cut = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
+    std::vector<Rows> out;
+    for (const Eigen::VectorXd& r : all) out.push_back({r.head(cut), r.tail(r.size() - cut)});
+    return out;
+  }
+
+  LinearColumn column_of(const Axis& axis, double x, Rows slope) const {
+    return {std::move(slope.train), std::move(slope.validate), x - axis.center, axis.prior, axis.lower - x,
+            axis.upper - x};
+  }
+
+  Surroundings look(bool with_rivals) const {
+    const CurrentModel& now = standing_.model;
+    Surroundings out;
+    Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
+    out.train_blocks = problem.layout(train_);
+    out.validate_blocks = problem.layout(validate_);
+    std::vector<std::vector<double>> values{now.space.expand(now.fit.point)};
+    std::vector<double> steps;
+    for (std::size_t a = 0; a < now.space.size(); ++a) {
+      const Axis& axis = now.space.axes()[a];
+      const double x = now.fit.point[a], size = std::max(std::fabs(x), 1e-3 * std::min(axis.prior, 1e6));
+      double step = 1e-6 * std::max(size, 1e-9);
+      if (x + step > axis.upper) step = -step;
+      std::vector<double> point = now.fit.point;
+      point[a] += step;
+      steps.push_back(point[a] - x);
+      values.push_back(now.space.expand(point));
+    }
+    for (const EffectSpec& spec : standing_.effects) values.push_back(neutral(values.front(), spec));
+    const std::vector<Rows> rows = rows_of(problem, values);
+    out.train = rows[0].train, out.validate = rows[0].validate;
+    std::vector<LinearColumn> all;
+    for (std::size_t a = 0; a < now.space.size(); ++a) {
+      const Rows& moved = rows[1 + a];
+      all.push_back(column_of(now.space.axes()[a], now.fit.point[a],
+                              {(moved.train - out.train) / steps[a], (moved.validate - out.validate) / steps[a]}));
+    }
+    std::set<std::size_t> owned;
+    for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
+      Part part;
+      part.spec = standing_.effects[k];
+      part.present = true;
+      const Rows& without = rows[1 + now.space.size() + k];
+      part.train = without.train - out.train, part.validate = without.validate - out.validate;
+      for (const std::size_t a : own_axes(now, part.spec)) {
+        part.columns.push_back(std::move(all[a]));
+        owned.insert(a);
+      }
+      out.parts.push_back(std::move(part));
+    }
+    for (std::size_t a = 0; a < all.size(); ++a)
+      if (owned.count(a) == 0) out.plain.push_back(std::move(all[a]));
+    if (with_rivals) {
+      add_shapes(values.front(), out);
+      add_rivals(values.front(), out);
+    }
+    whiten(now, out);
+    return out;
+  }
+
+  /// `values` with an effect taken out.
+  std::vector<double> neutral(std::vector<double> values, const EffectSpec& spec) const {
+    const PlantModel& model = standing_.model.model;
+    const Component& c = model.effects()[static_cast<std::size_t>(model.find_effect_at(spec.effect, spec.place))];
+    for (int p = c.first; p < c.first + c.count; ++p) {
+      const Parameter& parameter = model.parameters()[static_cast<std::size_t>(p)];
+      if (is_strength(*parameter.info) || parameter.info->coordinate != Coordinate::linear)
+        values[static_cast<std::size_t>(p)] = parameter.neutral;
+    }
+    return values;
+  }
+
+  /// Optional numbers of the effects that stand, freed at each of several sizes.
+  void add_shapes(const std::vector<double>& base, Surroundings& out) const {
+    const CurrentModel& now = standing_.model;
+    Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
+    std::vector<std::vector<double>> values;
+    std::vector<Part> parts;
+    std::vector<std::pair<Axis, double>> moved;  // axis, step
+    for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
+      const EffectSpec& spec = standing_.effects[k];
+      if (spec.parameters.empty()) continue;
+      EffectSpec free = spec;
+      for (const ParameterInfo& p : info_of(spec.effect).parameters)
+        if (p.optional) free.parameters.erase(p.name);
+      const Component& c =
+          now.model.effects()[static_cast<std::size_t>(now.model.find_effect_at(spec.effect, spec.place))];
+      for (const Axis& axis : effect_axes(now.model, experiment_, c, free)) {
+        const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+        if (spec.parameters.count(p.key) == 0) continue;
+        const double size = typical_size(p.info->scale, now.model, experiment_, p.joint, now.model.values());
+        for (const double factor : {0.3, 1.0, 3.0}) {
+          Part part;
+          part.spec = spec;
+          part.spec.parameters.erase(p.key);
+          part.needs = static_cast<int>(k);
+          const double x = std::clamp(factor * p.info->starts.front() * size, axis.lower, axis.upper);
+          part.start = {{x}};
+          values.push_back(base);
+          values.back()[static_cast<std::size_t>(axis.parameter)] = x;
+          values.push_back(values.back());
+          const double step = kDifference * std::max(std::fabs(x), 1e-9);
+          values.back()[static_cast<std::size_t>(axis.parameter)] += step;
+          Axis own = axis;
+          own.prior = std::max(std::fabs(x), 1e-9), own.center = x;
+          moved.emplace_back(own, step);
+          parts.push_back(std::move(part));
+        }
+      }
+    }
+    if (values.empty()) return;
+    const std::vector<Rows> rows = rows_of(problem, values);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const Rows &at = rows[2 * k], &next = rows[2 * k + 1];
+      if (!at.train.allFinite() || !next.train.allFinite() || !at.validate.allFinite()) continue;
+      const auto& [axis, step] = moved[k];
+      parts[k].train = at.train - out.train, parts[k].validate = at.validate - out.validate;
+      parts[k].columns.push_back(column_of(axis, parts[k].start[0][0],
+                                           {(next.train - at.train) / step, (next.validate - at.validate) / step}));
+      out.parts.push_back(std::move(parts[k]));
+    }
+  }
+
+  std::vector<EffectSpec> offered(const EffectInfo& info) const {
+    std::vector<EffectSpec> out;
+    if (std::string(info.name) == "effort_scale") return out;
+    for (EffectSpec spec : places_of(info, standing_.model, experiment_)) {
+      for (const ParameterInfo& p : info.parameters)
+        if (p.optional) spec.parameters[p.name] = p.neutral;
+      if (info.per_recording) {
+        // What every recording carries is the last link's; a load shows by being on in some only.
+        const CoarseLook here{options_.simulator, Eigen::VectorXd::Zero(standing_.model.fit.residual.size())};
+        spec.recordings = likely_recordings(standing_.model, experiment_, here, spec);
+        if (spec.recordings.empty()) continue;
+      }
+      out.push_back(std::move(spec));
+    }
+    return out;
+  }
+
+  /// Every effect of the catalogue that does not stand yet, at every place and start.
+  void add_rivals(const std::vector<double>& base, Surroundings& out) const {
+    const CurrentModel& now = standing_.model;
+    for (const EffectInfo& info : effect_table()) {
+      const std::vector<EffectSpec> specs = offered(info);
+      if (specs.empty()) continue;
+      const PlantModel model = now.model.with_effects(specs);
+      Problem problem(model, experiment_, now.space, options_.simulator, now.weights);
+      const std::size_t first = model.effects().size() - specs.size();
+      std::vector<double> whole = model.values();
+      std::copy(base.begin(), base.end(), whole.begin());
+      std::vector<std::vector<double>> values;
+      std::vector<Part> parts;
+      std::vector<std::vector<std::pair<Axis, double>>> moved;
+      for (std::size_t k = 0; k < specs.size(); ++k) {
+        const Component& c = model.effects()[first + k];
+        const std::vector<Axis> axes = effect_axes(model, experiment_, c, specs[k]);
+        for (const std::vector<double>& start : starting_points(model, experiment_, axes))
+          add_start(model, specs[k], axes, start, whole, values, parts, moved);
+      }
+      const std::vector<Rows> rows = rows_of(problem, values);
+      std::size_t at = 0;
+      for (std::size_t k = 0; k < parts.size(); ++k) {
+        const Rows& here = rows[at++];
+        bool finite = here.train.allFinite() && here.validate.allFinite();
+        for (const auto& [axis, step] : moved[k]) {
+          const Rows& next = rows[at++];
+          finite = finite && next.train.allFinite();
+          if (!finite) continue;
+          const double x = to_search(axis.coordinate, axis.start);
+          parts[k].columns.push_back(
+              column_of(axis, x, {(next.train - here.train) / step, (next.validate - here.validate) / step}));
+        }
+        if (!finite) continue;
+        parts[k].train = here.train - out.train, parts[k].validate = here.validate - out.validate;
+        out.parts.push_back(std::move(parts[k]));
+      }
+    }
+  }
+
+  /// One start of an effect: its values, and those with each of its strengths moved.
+  void add_start(const PlantModel& model, const EffectSpec& spec, const std::vector<Axis>& axes,
+                 const std::vector<double>& start, const std::vector<double>& whole,
+                 std::vector<std::vector<double>>& values, std::vector<Part>& parts,
+                 std::vector<std::vector<std::pair<Axis, double>>>& moved) const {
+    Part part;
+    part.spec = spec;
+    std::vector<double> own, here = whole;
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      own.push_back(std::clamp(start[a], axes[a].lower, axes[a].upper));
+      here[static_cast<std::size_t>(axes[a].parameter)] = from_search(axes[a].coordinate, own[a]);
+    }
+    values.push_back(here);
+    std::vector<std::pair<Axis, double>> steps;
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      const Parameter& p = model.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+      if (!is_strength(*p.info)) continue;
+      const double step = kDifference * std::max(std::fabs(own[a]), 1e-9);
+      std::vector<double> next = here;
+      next[static_cast<std::size_t>(axes[a].parameter)] = from_search(axes[a].coordinate, own[a] + step);
+      values.push_back(std::move(next));
+      Axis axis = prior_axis(model, axes[a], own[a]);
+      steps.emplace_back(axis, step);
+    }
+    part.start = {own};
+    parts.push_back(std::move(part));
+    moved.push_back(std::move(steps));
+  }
+
+  Axis prior_axis(const PlantModel& model, const Axis& axis, double x) const {
+    SearchSpace space = standing_.model.space;
+    space.add(model, axis);
+    std::vector<double> point = standing_.model.fit.point;
+    point.push_back(x);
+    set_priors(model, experiment_, space, point);
+    Axis out = space.axes().back();
+    out.start = from_search(out.coordinate, x);
+    return out;
+  }
+
+  /// Floors of innovation: each channel's noise over its weight.
+  std::vector<double> floors(const CurrentModel& model) const {
+    std::vector<double> out = noise_levels(model.model, experiment_);
+    for (std::size_t c = 0; c < out.size(); ++c) out[c] /= model.weights[c];
+    return out;
+  }
+
+  void whiten(const CurrentModel& now, Surroundings& s) const {
+    const Colour colour(s.train, s.train_blocks, floors(now));
+    for (std::size_t c = 0; c < experiment_.channels.size(); ++c)
+      s.correlation = std::max(s.correlation, colour.correlation_samples(static_cast<int>(c)));
+    const auto white = [&](Eigen::VectorXd& rows, const std::vector<ResidualBlock>& blocks) {
+      if (rows.size() > 0) colour.whiten(rows, blocks);
+    };
+    white(s.train, s.train_blocks), white(s.validate, s.validate_blocks);
+    const auto column = [&](LinearColumn& c) { white(c.train, s.train_blocks), white(c.validate, s.validate_blocks); };
+    for (LinearColumn& c : s.plain) column(c);
+    for (Part& part : s.parts) {
+      white(part.train, s.train_blocks), white(part.validate, s.validate_blocks);
+      for (LinearColumn& c : part.columns) column(c);
+    }
+  }
+
+  /// Stretches of time, all channels of one together: a number a row.
+  std::vector<int> time_blocks(const Surroundings& s) const {
+    Eigen::Index longest = 0, total = 0;
+    std::map<int, Eigen::Index> of_segment;
+    for (const ResidualBlock& b : s.train_blocks) longest = std::max(longest, b.count), of_segment[b.segment] = b.count;
+    for (const auto& [segment, count] : of_segment) total += count;
+    const auto wanted = static_cast<Eigen::Index>(std::ceil(kBlockMemories * s.correlation));
+    const Eigen::Index length =
+        std::max<Eigen::Index>(1, std::min(wanted, total / static_cast<Eigen::Index>(kLeastBlocks)));
+    std::vector<int> out(static_cast<std::size_t>(s.train.size()), 0);
+    std::map<std::pair<int, Eigen::Index>, int> numbers;
+    for (const ResidualBlock& b : s.train_blocks)
+      for (Eigen::Index k = 0; k < b.count; ++k) {
+        const auto key = std::make_pair(b.segment, k / length);
+        out[static_cast<std::size_t>(b.first + k)] =
+            numbers.emplace(key, static_cast<int>(numbers.size())).first->second;
+      }
+    return out;
+  }
+
+  Linearised linearised(Surroundings s, bool for_bagging) const {
+    std::vector<int> blocks(static_cast<std::size_t>(s.train.size()), 0);
+    if (for_bagging) blocks = time_blocks(s);
+    return Linearised(std::move(s.train), std::move(s.validate), std::move(s.plain), std::move(s.parts), blocks);
+  }
+
+  // ---- moves --------------------------------------------------------------------------------------------------------
+
+  /// A change, and the log evidence that it promises over the set that stands.
+  struct Move {
+    double gain = 0.0;
+    int in = -1, out = -1;  ///< parts
+    std::string where;
+  };
+
+  /// One round; whether the set changed.
+  bool improve() {
+    fmt::print(stderr, "look t {:.1f}\n", std::clock()/1e6);
+    const Linearised near = linearised(look(true), false);
+    fmt::print(stderr, "looked t {:.1f} parts {}\n", std::clock()/1e6, near.parts().size());
+    const Linearised::Set now = near.present();
+    const double standing = near.evidence(now);
+    std::vector<Move> moves = promising(near, now, standing);
+    record(near, moves);
+    while (!moves.empty()) {
+      if (try_moves(near, moves)) return true;
+      if (moves.size() == 1) {
+        refused_.insert(name_of(near, moves.front()));
+        return improve_less(near, now, standing);
+      }
+      moves.resize(1);
+    }
+    return false;
+  }
+
+  /// After the best move failed when fitted in full: the next ones, one by one.
+  bool improve_less(const Linearised& near, const Linearised::Set& now, double standing) {
+    for (const Move& move : promising(near, now, standing)) {
+      if (try_moves(near, {move})) return true;
+      refused_.insert(name_of(near, move));
+    }
+    return false;
+  }
+
+  std::string name_of(const Linearised& near, const Move& move) const {
+    const auto name = [&](int k) {
+      if (k < 0) return std::string("-");
+      const Part& part = near.parts()[static_cast<std::size_t>(k)];
+      std::string out = part.spec.effect + "@" + part.spec.place;
+      for (const auto& [key, value] : part.spec.parameters) out += "," + key;
+      return out;
+    };
+    return name(move.in) + ">" + name(move.out) + fmt::format("#{}", standing_.effects.size());
+  }
+
+  /// At every place the best of what can be put in, taken out or exchanged there; most evidence first.
+  std::vector<Move> promising(const Linearised& near, const Linearised::Set& now, double standing) const {
+    std::map<std::string, Move> best;
+    const auto offer = [&](Move move, const Linearised::Set& set) {
+      move.gain = near.evidence(set) - standing;
+      if (!(move.gain > kWorthwhile) || refused_.count(name_of(near, move)) > 0) return;
+      Move& there = best[move.where];
+      if (move.gain > there.gain) there = move;
+    };
+    const auto& parts = near.parts();
+    for (int k = 0; k < static_cast<int>(parts.size()); ++k) {
+      const Part& part = parts[static_cast<std::size_t>(k)];
+      const Linearised::Set with = near.toggled(now, k);
+      offer({0.0, part.present ? -1 : k, part.present ? k : -1, part.spec.place}, with);
+      if (!part.present) continue;
+      for (int other = 0; other < static_cast<int>(parts.size()); ++other) {  // an exchange at the same place
+        const Part& rival = parts[static_cast<std::size_t>(other)];
+        if (rival.present || rival.needs >= 0 || rival.spec.place != part.spec.place) continue;
+        offer({0.0, other, k, part.spec.place}, near.toggled(with, other));
+      }
+    }
+    std::vector<Move> out;
+    for (const auto& [where, move] : best) out.push_back(move);
+    std::stable_sort(out.begin(), out.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
+    return out;
+  }
+
+  Change change_of(const Linearised& near, const std::vector<Move>& moves) const {
+    Change out;
+    for (const Move& move : moves) {
+      if (move.out >= 0) out.out.push_back(place_of(near.parts()[static_cast<std::size_t>(move.out)].spec));
+      if (move.in < 0) continue;
+      const Part& part = near.parts()[static_cast<std::size_t>(move.in)];
+      if (part.needs < 0) {
+        out.in.push_back(part.spec);
+        out.own.push_back(part.start.front());
+        continue;
+      }
+      const EffectSpec& old = standing_.effects[static_cast<std::size_t>(part.needs)];
+      out.shaped.emplace_back(place_of(old), part.spec);
+      out.shapes.push_back(shaped_start(old, part));
+    }
+    return out;
+  }
+
+  /// Own coordinates of the effect with one more number free.
+  std::vector<double> shaped_start(const EffectSpec& old, const Part& part) const {
+    const CurrentModel& now = standing_.model;
+    const Component& c = now.model.effects()[static_cast<std::size_t>(now.model.find_effect_at(old.effect, old.place))];
+    const std::vector<double> values = now.space.expand(now.fit.point);
+    std::vector<double> out;
+    for (const Axis& axis : effect_axes(now.model, experiment_, c, part.spec)) {
+      const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+      const bool fresh = old.parameters.count(p.key) > 0;
+      out.push_back(fresh ? part.start[0][0]
+                          : to_search(axis.coordinate, values[static_cast<std::size_t>(axis.parameter)]));
+    }
+    return out;
+  }
+
+  /// Fits the set with all these changes; keeps it if it has more evidence, both weighed alike.
+  bool try_moves(const Linearised& near, const std::vector<Move>& moves) {
+    std::optional<Hypothesis> next = changed(change_of(near, moves));
+    if (!next) return false;
+    const double odds = log_odds(*next, standing_);
+    for (const Move& m : moves) fmt::print(stderr, "  {} gain {:.1f}\n", name_of(near, m), m.gain);
+    fmt::print(stderr, "try {} moves: odds {:.1f}, {} effects, {} axes, evals {} iterations {} t {:.1f}\n", moves.size(), odds, next->effects.size(), next->model.space.size(), next->model.fit.evaluations, next->model.fit.iterations, std::clock()/1e6);
+    if (!(odds > 0.0)) return false;
+    standing_ = std::move(*next);
+    return true;
+  }
+
+  /// Log evidence of one fitted set over another, weighed with the colour of the one that leaves less.
+  double log_odds(const Hypothesis& one, const Hypothesis& other) const {
+    const std::vector<double>& weights = one.model.weights;
+    Surroundings x = unwhitened(one.model, weights), y = unwhitened(other.model, weights);
+    const bool better = x.train.squaredNorm() < y.train.squaredNorm();
+    const Colour colour(better ? x.train : y.train, x.train_blocks, floors(one.model));
+    return own_evidence(std::move(x), colour) - own_evidence(std::move(y), colour) + set_prior(one) - set_prior(other);
+  }
+
+  /// Residual and columns of a fitted set, all its numbers as plain ones.
+  Surroundings unwhitened(const CurrentModel& now, const std::vector<double>& weights) const {
+    Surroundings out;
+    Problem problem(now.model, experiment_, now.space, options_.simulator, weights);
+    out.train_blocks = problem.layout(train_);
+    out.train = problem.residual(now.fit.point, train_);
+    const Eigen::MatrixXd J = problem.jacobian(now.fit.point, out.train, train_);
+    for (std::size_t a = 0; a < now.space.size(); ++a)
+      out.plain.push_back(
+          column_of(now.space.axes()[a], now.fit.point[a], {J.col(static_cast<Eigen::Index>(a)), {}}));
+    return out;
+  }
+  static double own_evidence(Surroundings s, const Colour& colour) {
+    colour.whiten(s.train, s.train_blocks);
+    for (LinearColumn& c : s.plain) colour.whiten(c.train, s.train_blocks);
+    const std::vector<int> blocks(static_cast<std::size_t>(s.train.size()), 0);
+    const Linearised alone(std::move(s.train), {}, std::move(s.plain), {}, blocks);
+    return alone.evidence({});
+  }
+  /// log prior of the set, up to what all sets share.
+  double set_prior(const Hypothesis& h) const {
+    const double n = static_cast<double>(places_offered_), k = static_cast<double>(h.effects.size());
+    return k * std::log(0.3) - (std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0));
+  }
+
+  void record(const Linearised& near, const std::vector<Move>& moves) {
+    std::set<Place> offered;
+    for (const Part& part : near.parts())
+      if (part.needs < 0) offered.insert(place_of(part.spec));
+    places_offered_ = offered.size();
+    std::vector<Candidate> round;
+    for (const Move& move : moves) {
+      if (move.in < 0) continue;
+      const Part& part = near.parts()[static_cast<std::size_t>(move.in)];
+      Candidate c;
+      c.effect = part.spec.effect, c.place = part.spec.place;
+      c.train_gain = move.gain;
+      c.parameters = static_cast<int>(part.columns.size());
+      round.push_back(std::move(c));
+    }
+    if (!round.empty()) rounds_.push_back(std::move(round));
+  }
+
+  // ---- what is claimed ----------------------------------------------------------------------------------------------
+
+  /// Takes out what does not predict the validate recordings, and what the recordings do not determine.
+  void keep_what_predicts() {
+    while (!standing_.effects.empty()) {
+      const Linearised near = linearised(look(false), false);
+      const Linearised::Set now = near.present();
+      int worst = -1;
+      double least = 0.0;
+      for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
+        const double gain = validate_.empty() ? -1.0 : near.heldout(now) - near.heldout(near.toggled(now, k));
+        if (gain <= least) least = gain, worst = k;
+      }
+      if (worst < 0) return;
+      const EffectSpec gone = standing_.effects[static_cast<std::size_t>(worst)];
+      Change change;
+      change.out.push_back(place_of(gone));
+      std::optional<Hypothesis> next = changed(change);
+      if (!next) return;
+      standing_ = std::move(*next);
+      notes_.push_back(fmt::format("{} at {} explains the train recordings, but does not predict the validate ones: "
+                                   "taken out again",
+                                   gone.effect, gone.place));
+    }
+  }
+
+  void claim(EffortSearchResult& out) {
+    out.model = standing_.model;
+    out.notes = notes_;
+    if (standing_.effects.empty()) return;
+    Surroundings s = look(true);
+    keep_near_rivals(s);
+    const Eigen::Index second = std::max<Eigen::Index>(1, s.validate.size() / 40);
+    const Linearised near = linearised(std::move(s), true);
+    const Linearised::Set now = near.present();
+    for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
+      if (options_.progress) options_.progress(0.9 + 0.1 * k / static_cast<double>(standing_.effects.size()));
+      out.findings.push_back(finding_of(near, now, k, second));
+    }
+  }
+
+  /// Of the absent parts, those that come within the window when they take another's place.
+  void keep_near_rivals(Surroundings& s) const {
+    const Linearised near = linearised(s, false);
+    const Linearised::Set now = near.present();
+    const double standing = near.evidence(now);
+    std::map<Place, std::pair<double, std::size_t>> best;
+    for (std::size_t k = 0; k < s.parts.size(); ++k) {
+      const Part& part = s.parts[k];
+      if (part.present || part.needs >= 0) continue;
+      double most = -HUGE_VAL;
+      for (int e = 0; e < static_cast<int>(standing_.effects.size()); ++e)
+        if (standing_.effects[static_cast<std::size_t>(e)].place == part.spec.place)
+          most = std::max(most, near.evidence(near.toggled(near.toggled(now, e), static_cast<int>(k))));
+      auto& there = best.emplace(place_of(part.spec), std::make_pair(-HUGE_VAL, k)).first->second;
+      if (most - standing > there.first) there = {most - standing, k};
+    }
+    std::vector<Part> kept;
+    for (std::size_t k = 0; k < s.parts.size(); ++k) {
+      const auto of = best.find(place_of(s.parts[k].spec));
+      const bool near_enough = of != best.end() && of->second.second == k && of->second.first > -kWindow;
+      if (s.parts[k].present || near_enough) kept.push_back(std::move(s.parts[k]));
+    }
+    s.parts = std::move(kept);
+  }
+
+  Finding finding_of(const Linearised& near, const Linearised::Set& now, int k, Eigen::Index second) const {
+    const EffectSpec& spec = standing_.effects[static_cast<std::size_t>(k)];
+    std::vector<Linearised::Set> sets{now, near.toggled(now, k)};
+    std::vector<int> rivals{-1, -1};
+    for (int r = 0; r < static_cast<int>(near.parts().size()); ++r) {
+      const Part& part = near.parts()[static_cast<std::size_t>(r)];
+      if (part.present || part.spec.place != spec.place) continue;
+      sets.push_back(near.toggled(near.toggled(now, k), r));
+      rivals.push_back(r);
+    }
+    const std::vector<double> shares = near.bagged(sets, kDraws, options_.seed);
+    Finding out;
+    out.effect = spec.effect, out.place = spec.place, out.recordings = spec.recordings, out.fixed = spec.parameters;
+    out.probability = shares[0];
+    out.outside = shares[1];
+    out.members = {spec.effect};
+    const double standing = near.evidence(now);
+    for (std::size_t s = 2; s < sets.size(); ++s) {
+      const Part& part = near.parts()[static_cast<std::size_t>(rivals[s])];
+      out.rivals.push_back({part.spec.effect, part.spec.place, shares[s], part.spec.parameters, part.start.front(), {}});
+      if (standing - near.evidence(sets[s]) < kClassWindow) out.members.push_back(part.spec.effect);
+    }
+    std::stable_sort(out.rivals.begin(), out.rivals.end(),
+                     [](const Rival& a, const Rival& b) { return a.probability > b.probability; });
+    if (out.rivals.size() > 5) out.rivals.resize(5);
+    out.heldout_gain = near.heldout(now) - near.heldout(sets[1]);
+    const std::vector<double> with = near.heldout_blocks(now, second), without = near.heldout_blocks(sets[1], second);
+    double sum = 0.0, squares = 0.0;
+    const double n = static_cast<double>(with.size());
+    for (std::size_t b = 0; b < with.size(); ++b) sum += with[b] - without[b], squares += std::pow(with[b] - without[b], 2);
+    out.heldout_error = n > 1 ? std::sqrt(std::max(0.0, squares - sum * sum / n)) : 0.0;
+    out.heldout_share = 1.0 - near.heldout(now) / std::min(near.heldout(sets[1]), -1e-300);
+    const double gain = 0.5 * (near.train_energy(sets[1]) - near.train_energy(now));
+    const int numbers = static_cast<int>(near.parts()[static_cast<std::size_t>(k)].columns.size());
+    out.p_value = chance(gain, std::max(numbers, 1), static_cast<int>(std::max<std::size_t>(places_offered_, 1)));
+    out.stability = near.leads(sets, kDraws, options_.seed);
+    return out;
+  }
+
+  const CurrentModel& plain_;
+  const Experiment& experiment_;
+  EffortSearchOptions options_;
+  RunControl quiet_;
+  std::vector<int> train_, validate_;
+  Hypothesis standing_;
+  std::vector<EffectSpec> scales_;
+  std::set<std::string> refused_;
+  std::size_t places_offered_ = 100;
+  std::vector<std::vector<Candidate>> rounds_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+EffortSearchResult search_efforts(const CurrentModel& plain, const Experiment& experiment,
+                                  const EffortSearchOptions& options) {
+  return EffortSearch(plain, experiment, options).run();
+}
+
+}  // namespace lacuna

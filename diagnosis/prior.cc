@@ -1,0 +1,63 @@
+#include "diagnosis/prior.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/effects/table.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kRatioPrior = 0.3;    ///< of shares and logarithms of masses
+constexpr double kScaleError = 0.1;    ///< of a drive's gain: such figures are known to about a tenth
+constexpr double kMassPrior = 0.3;     ///< of the arm's mass: a load
+constexpr double kDecade = 2.3;        ///< of what is known by its order of magnitude only
+constexpr double kOfRange = 0.5;       ///< of a plain number's range
+
+/// Of an effect's own number, in its search coordinate.
+double deviation(const Parameter& p, const PlantModel& model, const Experiment& experiment) {
+  const ParameterInfo& info = *p.info;
+  const double size = typical_size(info.scale, model, experiment, p.joint, model.values());
+  if (info.coordinate == Coordinate::logarithm) return kDecade;
+  if (info.coordinate == Coordinate::inverse) return 1.0 / size;
+  switch (info.scale) {
+    case Scale::ratio: return is_strength(info) ? kRatioPrior : std::max(std::fabs(p.value), 1e-9);
+    case Scale::mass: return kMassPrior * size;
+    case Scale::inertia: {
+      // A motor's inertia behind its gear may be many times the link's: what the efforts seen could be for.
+      const double effort = typical_size(Scale::effort, model, experiment, p.joint, model.values());
+      const double speed = typical_size(Scale::velocity, model, experiment, p.joint, model.values());
+      const double way = typical_size(Scale::position, model, experiment, p.joint, model.values());
+      return std::max(size, effort * way / (speed * speed));
+    }
+    default: return is_strength(info) ? size : std::max(std::fabs(p.value), 0.1 * size);
+  }
+}
+
+}  // namespace
+
+bool is_strength(const ParameterInfo& p) {
+  return p.neutral == 0.0 && p.coordinate == Coordinate::linear && !p.optional && p.scale != Scale::reach;
+}
+
+void set_priors(const PlantModel& model, const Experiment& experiment, SearchSpace& space,
+                std::span<const double> point) {
+  std::vector<Axis> axes = space.axes();
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    Axis& axis = axes[a];
+    if (std::isfinite(axis.prior)) continue;
+    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const bool of_effect = p.info != nullptr && std::count(p.name.begin(), p.name.end(), '.') >= 2;
+    if (!of_effect) {
+      axis.center = axis.start;
+      axis.prior = kOfRange * (axis.upper - axis.lower);
+      continue;
+    }
+    const bool reads_effort = p.name.find(".effort_scale.") != std::string::npos;
+    axis.prior = reads_effort ? kScaleError : deviation(p, model, experiment);
+    axis.center = is_strength(*p.info) ? to_search(axis.coordinate, p.neutral) : point[a];
+  }
+  space.replace(std::move(axes));
+}
+
+}  // namespace lacuna
