@@ -13,7 +13,7 @@ namespace lacuna {
 /// inertia follows the deformation. Neutral at zero. com_shift is t alone.
 struct RigidBody {
   static EffectInfo info() {
-    return {
+    EffectInfo info{
         "rigid_body",
         "Link's mass properties",
         Where::joint,
@@ -27,6 +27,8 @@ struct RigidBody {
          size("d2", "logarithm of the stretch along y"), size("d3", "logarithm of the stretch along z"),
          size("s12", "shear of x by y"), size("s23", "shear of y by z"), size("s13", "shear of x by z"),
          shift("t1", "shift along x"), shift("t2", "shift along y"), shift("t3", "shift along z")}};
+    info.as_one = true;
+    return info;
   }
   static void inertials(const double* p, const Robot&, int joint, std::vector<Inertial>& bodies) {
     if (std::all_of(p, p + kCount, [](double x) { return x == 0.0; })) return;
