@@ -37,7 +37,7 @@ const ParameterInfo& leading_parameter(const EffectInfo& effect) {
 double strengthened(const EffectInfo& effect, const ParameterInfo& p, double value, double factor) {
   const ParameterInfo& lead = leading_parameter(effect);
   if (p.coordinate == Coordinate::logarithm) return p.neutral == 0.0 ? value * factor : value / factor;
-  const bool alike = p.scale == lead.scale && p.scale != Scale::ratio && !p.optional;
+  const bool alike = effect.as_one || (p.scale == lead.scale && p.scale != Scale::ratio && !p.optional);
   if (p.name != lead.name && !alike) return value;
   return p.coordinate == Coordinate::inverse ? value / factor : p.neutral + factor * (value - p.neutral);
 }

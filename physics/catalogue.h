@@ -53,6 +53,7 @@ struct EffectInfo {
   /// (a valve's offset, an actuator's damping, a shifted centre of mass) are hardly told apart. A scenario may hold it
   /// anywhere.
   bool in_efforts = false;
+  bool as_one = false;  ///< its parameters are parts of one departure from neutral: stronger are all of them together
 };
 
 const std::vector<ActuatorInfo>& actuator_table();
@@ -61,8 +62,8 @@ const std::vector<EffectInfo>& effect_table();
 /// The parameter that is an effect's strength: its first, or for a contact, whose first says only where, its second.
 const ParameterInfo& leading_parameter(const EffectInfo& effect);
 /// Value of the effect's parameter p when the effect is made `factor` times as strong: the leading one moves from its
-/// neutral value, those of its scale with it; one that is searched by its logarithm goes towards the 0 or the infinity
-/// that is its neutral value; the rest stay.
+/// neutral value, those of its scale (of an effect `as_one`: all) with it; one that is searched by its logarithm goes
+/// towards the 0 or the infinity that is its neutral value; the rest stay.
 double strengthened(const EffectInfo& effect, const ParameterInfo& p, double value, double factor);
 
 /// Index in the table, or -1.

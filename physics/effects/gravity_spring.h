@@ -16,7 +16,7 @@ struct GravitySpring {
             "tau -= a sin(q) + b cos(q)",
             "an effort that goes round with the joint's angle, as gravity does",
             "link masses, com_shift, stiffness",
-            "counterbalances of industrial arms, e.g. A. Klimchik et al., Robotics Comput.-Integr. Manuf. 29 (2013)",
+            "gravity compensators of heavy industrial robots: A. Klimchik et al., ICRA 2013",
             {{"a", "N m", 0.0, -1e9, 1e9, "sine part", Scale::effort, {0.05}},
              {"b", "N m", 0.0, -1e9, 1e9, "cosine part", Scale::effort, {0.05}}}};
     info.in_efforts = true;

@@ -11,17 +11,19 @@ struct PowerFriction {
   static EffectInfo info() {
     ParameterInfo rounding{"v0", "rad/s", 0.01, 1e-6, 1e3, "speed below which it is linear", Scale::velocity, {0.03}};
     rounding.optional = true;
-    EffectInfo info{"power_friction",
-            "Power-law friction",
-            Where::joint,
-            Stage::link,
-            "tau -= c |v|^p sgn(v), linear below about v0",
-            "friction that grows with speed, and the less the faster",
-            "viscous_friction, coulomb_friction",
-            "T. D. Tuttle, W. P. Seering, IEEE Trans. Robotics Autom. 12 (1996) (harmonic drives); W. Ostwald 1925",
-            {{"c", "N m (s/rad)^p", 0.0, 0.0, 1e9, "friction effort at 1 rad/s", Scale::effort, {0.05}},
-             {"p", "1", 0.5, 0.01, 0.99, "power of the speed", Scale::ratio, {0.5}},
-             rounding}};
+    EffectInfo info{
+        "power_friction",
+        "Power-law friction",
+        Where::joint,
+        Stage::link,
+        "tau -= c |v|^p sgn(v), linear below about v0",
+        "friction that grows with speed, and the less the faster",
+        "viscous_friction, coulomb_friction",
+        "W. Ostwald 1925 (power law of lubricants); harmonic drives: T. D. Tuttle, W. P. Seering, IEEE Trans. Robotics "
+        "Autom. 12 (1996)",
+        {{"c", "N m (s/rad)^p", 0.0, 0.0, 1e9, "friction effort at 1 rad/s", Scale::effort, {0.05}},
+         {"p", "1", 0.5, 0.01, 0.99, "power of the speed", Scale::ratio, {0.5}},
+         rounding}};
     info.in_efforts = true;
     return info;
   }

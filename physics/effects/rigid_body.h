@@ -28,6 +28,7 @@ struct RigidBody {
          size("s12", "shear of x by y"), size("s23", "shear of y by z"), size("s13", "shear of x by z"),
          shift("t1", "shift along x"), shift("t2", "shift along y"), shift("t3", "shift along z")}};
     info.in_efforts = true;
+    info.as_one = true;
     return info;
   }
   static void inertials(const double* p, const Robot&, int joint, std::vector<Inertial>& bodies) {

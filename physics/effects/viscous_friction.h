@@ -15,7 +15,7 @@ struct ViscousFriction {
             "tau -= D v",
             "error in proportion to speed",
             "damping, actuator_lag",
-            "I. Newton 1687; B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994)",
+            "B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994)",
             {{"D", "N m s/rad", 0.0, 0.0, 1e9, "effort per speed", Scale::damping, {0.1}}}};
     info.in_efforts = true;
     return info;

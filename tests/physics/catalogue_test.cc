@@ -440,6 +440,11 @@ TEST(RigidBody, ChangesWhatEachNumberIsNamedFor) {
   EXPECT_NEAR(along(longer, 2), along(plain, 2), 1e-14);
 }
 
+TEST(RigidBody, IsMadeStrongerAsAWhole) {
+  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect("rigid_body"))];
+  for (const ParameterInfo& p : info.parameters) EXPECT_DOUBLE_EQ(strengthened(info, p, 0.2, 0.5), 0.1) << p.name;
+}
+
 TEST(RigidBody, IsTheLinkItselfBeforeItCarriesAnything) {
   const Scenario scenario = bare_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"), {});
   const EffectSpec body = effect("rigid_body", "elbow", {{"alpha", 0.2}, {"t1", 0.05}});

@@ -335,6 +335,24 @@ TEST(CoulombAsymmetry, IsCoulombFrictionBesideAnOffset) {
   EXPECT_GT(worst_difference(one.q, equal.q), 1e-2) << "nothing was tested";
 }
 
+TEST(CoulombAsymmetry, WithstandsByDirectionWhereEffortsArePredictedToo) {
+  const Start start{{0.0}, {0.0}};
+  const Drive drive = sine_drive(1, 4.0, 0.01, 9.0);
+  Scenario scenario = pushed_block(drive, start);
+  scenario.recordings.clear();
+  add_recording(scenario, simulated_recording(pushed_block(drive, start), drive, start, "featherstone", "run.csv"));
+  scenario.prediction = InverseDynamics{5.0};
+  const Experiment experiment = make_experiment(scenario);
+  const auto needed = [&](const std::vector<EffectSpec>& effects) {
+    return predict_one(PlantModel(scenario).with_effects(effects), experiment, on("featherstone", kStep)).front()[0];
+  };
+  const auto one = needed({effect("coulomb_asymmetry", "slide", {{"Fc_up", 1.7}, {"Fc_down", 0.9}})});
+  const auto two =
+      needed({effect("coulomb_friction", "slide", {{"Fc", 1.3}}), effect("torque_offset", "slide", {{"tau0", -0.4}})});
+  EXPECT_LT(worst_difference(one, two), kRounding);
+  EXPECT_GT(worst_difference(one, needed({effect("coulomb_friction", "slide", {{"Fc", 1.3}})})), 0.3);
+}
+
 TEST(CoulombAsymmetry, OfOneDirectionOnlyIsARatchet) {
   // Nothing withstands negative motion; positive pulls below 3 N are held.
   const EffectSpec spec = effect("coulomb_asymmetry", "slide", {{"Fc_up", 3.0}});
