@@ -163,7 +163,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.seed = options.identify.genetic.seed;
   const PlantModel model(scenario);
   Experiment experiment = make_experiment(scenario);
-  const SearchSpace space(model, scenario);
+  const SearchSpace space(model, scenario, Coordinates::ratios);
   DiagnosisCheckpoint saved(control.checkpoint, control.problem, control.writes);
 
   report("plain model", 0.02);
@@ -189,10 +189,19 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.missing = missing_efforts(before, scenario, simulator, out.seed);
 
   Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
-  rounds.run();
-  report("whether all are needed", 0.9);
-  rounds.reconsider();
+  if (out.before.arrived) {
+    rounds.run();
+    report("whether all are needed", 0.9);
+    rounds.reconsider();
+  }
   CurrentModel& current = rounds.current;
+  if (!out.findings.empty() && plain_part_fits_better(before, current, experiment, simulator, control)) {
+    out.before.arrived = false;
+    out.before.doubt = "the plain part of a richer model fits better on its own";
+    out.findings.clear();
+    current = before;
+    rounds.simulator = simulator, rounds.step = out.before.step;
+  }
   simulator = rounds.simulator;
   for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
     out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
@@ -215,6 +224,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   }
   verify(out, before, current, experiment, simulator, options.other_engines);
   note_missing(scenario, out);
+  if (!out.before.arrived)
+    out.notes.push_back("nothing is claimed, the plain model's best may not have been reached: " + out.before.doubt);
   out.all_recordings = fit_everything(current, experiment, simulator);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return out;
