@@ -35,7 +35,7 @@ Search load_search(const std::string& file) {
   Scenario scenario = load_scenario(file);
   PlantModel model(scenario);
   Experiment experiment = make_experiment(scenario);
-  SearchSpace space(model, scenario);
+  SearchSpace space(model, scenario, Coordinates::ratios);
   if (space.size() == 0)
     throw InputError(scenario.file.string() + ": identify", "no free parameter",
                      "at least one, as gain: {relative_bounds: [0.5, 2]}");
@@ -127,6 +127,7 @@ std::string summary(const Search& search, const std::vector<FitResult>& fits) {
                steady(entry_of(rms_in(fit, Role::validate), entry)), steady(entry_of(rms_in(fit, Role::test), entry)),
                residual_unit(search.scenario, nullptr, entry)});
     out += rms.str() + "\n";
+    if (!fit.arrived) out += "the best may not have been reached: " + fit.doubt + "\n";
     for (const std::string& words : fit.undetermined) out += "not told apart by these data: " + words + "\n";
   }
   return out;

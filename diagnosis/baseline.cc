@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "ga/arrival.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -57,6 +58,24 @@ std::optional<LeastSquaresResult> search(const CurrentModel& present, const Expe
   simulator.max_step = step;
   if (!refit(best, experiment, simulator, options.control)) return std::nullopt;
   return best.fit;
+}
+
+/// The best of the descents made and of further starts becomes the present solution.
+void best_of(std::vector<LeastSquaresResult> ends, const Experiment& experiment, const SimulatorOptions& simulator,
+             const IdentifyOptions& options, CurrentModel& current, FitResult& fit) {
+  Problem problem(current.model, experiment, current.space, simulator, current.weights);
+  LeastSquaresOptions descent;
+  descent.iterations = kRefitIterations;
+  descent.tolerance = kRefitTolerance;
+  descent.polish = false;
+  descent.control = options.control;
+  descent.control.progress = nullptr;
+  SeveralStarts found = from_several_starts(problem, experiment.with_role(Role::train), std::move(ends),
+                                            noise_is_known(current.model, experiment), options.genetic.seed, descent);
+  current.fit = std::move(found.best);
+  fit.arrived = found.arrived;
+  fit.doubt = found.doubt;
+  fit.evaluations += found.evaluations;
 }
 
 }  // namespace
@@ -160,19 +179,32 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
   SimulatorOptions simulator = options.simulator;
   simulator.max_step = fit.step.step;
   CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
+  std::vector<LeastSquaresResult> ends{fit.solution};
   if (options.optimizer != Optimizer::lsq && space.size() > 0) {
     FitResult searched;
     const auto other = search(current, experiment, options, fit.step.step, searched);
-    if (other && other->sum_of_squares < fit.solution.sum_of_squares) current.fit = *other;
+    if (other) ends.push_back(*other);
     fit.optimizer = to_string(options.optimizer);
     fit.history = std::move(searched.history);
     fit.search_cost = searched.search_cost;
     fit.evaluations += searched.evaluations + (other ? other->evaluations : 0);
   }
+  if (space.size() > 0) best_of(std::move(ends), experiment, simulator, options, current, fit);
   update_weights(current, experiment, simulator);
   refine(current, experiment, simulator, options.control);
   record_fit(current, experiment, simulator, fit);
   return current;
+}
+
+bool plain_part_fits_better(const CurrentModel& plain, const CurrentModel& richer, const Experiment& experiment,
+                            const SimulatorOptions& options, const RunControl& control) {
+  if (plain.space.size() == 0) return false;
+  CurrentModel alone = plain;
+  alone.fit.point.assign(richer.fit.point.begin(),
+                         richer.fit.point.begin() + static_cast<std::ptrdiff_t>(plain.space.size()));
+  if (!refit(alone, experiment, options, control)) return false;
+  const double before = plain.fit.sum_of_squares + plain.fit.prior_cost;
+  return alone.fit.sum_of_squares + alone.fit.prior_cost < (1.0 - kSameEnd) * before;
 }
 
 void record_fit(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

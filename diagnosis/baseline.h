@@ -35,10 +35,16 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
             const RunControl& control, int iterations = kRefitIterations);
 
-/// Population search and least squares from its best, least squares from the scenario's start values as well, and the
-/// better of the two refined. `fit` receives the record of the search.
+/// Population search and least squares from its best, least squares from the scenario's start values as well, from
+/// further starts until two of them meet (from_several_starts), and the best refined. `fit` receives the record of the
+/// search and whether it has arrived.
 CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                             const IdentifyOptions& options, FitResult& fit);
+
+/// Whether least squares of the plain model alone, from the plain numbers of `richer` (the first axes of both are the
+/// same), ends lower than `plain` by more than kSameEnd of the energy: `plain` had not arrived.
+bool plain_part_fits_better(const CurrentModel& plain, const CurrentModel& richer, const Experiment& experiment,
+                            const SimulatorOptions& options, const RunControl& control);
 
 /// Record of a refined model: estimates, identifiability, rms per role.
 void record_fit(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

@@ -12,7 +12,7 @@ namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/2";
+constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/3";
 
 Json exact(const std::vector<double>& values) {
   Json out = Json::array();
@@ -91,6 +91,7 @@ void evaluate_at(CurrentModel& model, std::vector<double> point, const Experimen
   model.fit.residual = problem.residual(model.fit.point, train);
   model.fit.jacobian = problem.jacobian(model.fit.point, model.fit.residual, train);
   model.fit.sum_of_squares = model.fit.residual.squaredNorm();
+  model.fit.prior_cost = prior_cost(model.space.axes(), model.fit.point);
 }
 
 }  // namespace
@@ -138,6 +139,8 @@ bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const S
   fit.evaluations = j.at("evaluations");
   fit.step = {exact_number(j.at("step").at(0)), exact_number(j.at("step").at(1))};
   fit.search_cost = exact_number(j.at("search_cost"));
+  fit.doubt = j.at("doubt");
+  fit.arrived = fit.doubt.empty();
   fit.seconds = exact_number(j.at("seconds"));
   for (const Json& g : j.at("history")) {
     fit.history.push_back({exact_number(g.at(0)), exact_number(g.at(1)), exact_number(g.at(2)), exact_number(g.at(3)),
@@ -153,6 +156,7 @@ void DiagnosisCheckpoint::store_baseline(const CurrentModel& model, const FitRes
   Json j = {{"weights", exact(model.weights)},
             {"point", exact(model.fit.point)},
             {"engine", fit.engine},
+            {"doubt", fit.doubt},
             {"optimizer", fit.optimizer},
             {"evaluations", fit.evaluations},
             {"step", exact({fit.step.step, fit.step.error_over_noise})},

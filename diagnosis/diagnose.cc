@@ -178,7 +178,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.seed = options.identify.genetic.seed;
   const PlantModel model(scenario);
   Experiment experiment = make_experiment(scenario);
-  const SearchSpace space(model, scenario);
+  const SearchSpace space(model, scenario, Coordinates::ratios);
   DiagnosisCheckpoint saved(control.checkpoint, control.problem, control.writes);
 
   report("plain model", 0.02);
@@ -216,10 +216,20 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     out.notes = std::move(found.notes);
   } else {
     Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
-    rounds.run();
-    report("whether all are needed", 0.9);
-    rounds.reconsider();
-    current = rounds.current, simulator = rounds.simulator, step = rounds.step;
+    if (out.before.arrived) {
+      rounds.run();
+      report("whether all are needed", 0.9);
+      rounds.reconsider();
+    }
+    current = rounds.current;
+    if (!out.findings.empty() && plain_part_fits_better(before, current, experiment, simulator, control)) {
+      out.before.arrived = false;
+      out.before.doubt = "the plain part of a richer model fits better on its own";
+      out.findings.clear();
+      current = before;
+    } else {
+      simulator = rounds.simulator, step = rounds.step;
+    }
     for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
       out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
   }
@@ -243,6 +253,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   }
   verify(out, before, current, experiment, simulator, options.other_engines);
   note_missing(scenario, out);
+  if (!out.before.arrived)
+    out.notes.push_back("nothing is claimed, the plain model's best may not have been reached: " + out.before.doubt);
   out.all_recordings = fit_everything(current, experiment, simulator);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return out;

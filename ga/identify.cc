@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "ga/arrival.h"
 #include "ga/pagmo_optimizers.h"
 #include "scenarios/error.h"
 
@@ -44,23 +45,107 @@ OptimizerResult search_population(Problem& problem, const IdentifyOptions& optio
 
 Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double error, double relative_error) {
   const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
-  double low = x - kTwoSided95 * error, high = x + kTwoSided95 * error, value = x;
+  double low = x - kTwoSided95 * error, high = x + kTwoSided95 * error;
   if (axis.coordinate == Coordinate::inverse) {
-    value = 1.0 / x;
     const double a = low > 0.0 ? 1.0 / low : HUGE_VAL, b = 1.0 / std::max(high, 1e-300);
     low = std::min(a, b), high = std::max(a, b);
   } else if (axis.coordinate == Coordinate::logarithm) {
-    value = std::exp(x), low = std::exp(low), high = std::exp(high);
+    const double a = axis.value(low), b = axis.value(high);
+    low = std::min(a, b), high = std::max(a, b);
   }
   const double margin = kAtBound * std::min(axis.upper - axis.lower, std::fabs(x) + 1e-12);
   return {p.name,
           p.unit,
-          value,
+          axis.value(x),
           low,
           high,
           relative_error < kIdentifiable,
           x <= axis.lower + margin || x >= axis.upper - margin,
           false};
+}
+
+Estimate mass_estimate(const PlantModel& model, int parameter, double value, double low, double high) {
+  const Parameter& p = model.parameters()[static_cast<std::size_t>(parameter)];
+  return {p.name, p.unit, value, low, high, false, false, false};
+}
+
+/// The mass that is the total less the others, which are axes: the variance of their sum.
+void add_rest_of_total(const PlantModel& model, const SearchSpace& space, FitResult& fit) {
+  double sum = 0.0;
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    for (std::size_t b = 0; b < space.size(); ++b) {
+      const bool masses = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].info == nullptr &&
+                          model.parameters()[static_cast<std::size_t>(space.axes()[b].parameter)].info == nullptr;
+      if (masses) sum += fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+    }
+  }
+  const double value = fit.values[static_cast<std::size_t>(space.dependent())], error = std::sqrt(std::max(sum, 0.0));
+  fit.estimates.push_back(
+      mass_estimate(model, space.dependent(), value, value - kTwoSided95 * error, value + kTwoSided95 * error));
+  fit.estimates.back().identifiable = error < kIdentifiable * value;
+  fit.estimates.back().derived = true;
+}
+
+/// d log mass / d point of each shared mass, in their order: its own axis less the mean of all, weighed by mass.
+Eigen::MatrixXd shared_mass_slopes(const SearchSpace& space, const FitResult& fit) {
+  const auto& masses = space.shared_masses();
+  double total = 0.0;
+  for (const SharedMass& m : masses) total += fit.values[static_cast<std::size_t>(m.parameter)];
+  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(space.size()));
+  for (const SharedMass& m : masses)
+    if (m.axis >= 0) mean(m.axis) = fit.values[static_cast<std::size_t>(m.parameter)] / total;
+  Eigen::MatrixXd out = (-mean).replicate(static_cast<Eigen::Index>(masses.size()), 1);
+  for (std::size_t i = 0; i < masses.size(); ++i)
+    if (masses[i].axis >= 0) out(static_cast<Eigen::Index>(i), masses[i].axis) += 1.0;
+  return out;
+}
+
+/// Masses that share a known total, in place of their axes' estimates: an axis is a ratio to another mass.
+void describe_shared_masses(const PlantModel& model, const SearchSpace& space, FitResult& fit) {
+  const auto& masses = space.shared_masses();
+  const Eigen::MatrixXd slopes = shared_mass_slopes(space, fit);
+  const auto errors = [&](const Eigen::MatrixXd& covariance) -> Eigen::VectorXd {
+    return (slopes * covariance * slopes.transpose()).diagonal().cwiseMax(0.0).cwiseSqrt();
+  };
+  const Eigen::VectorXd error = errors(fit.identifiability.covariance), by_data = errors(fit.identifiability.by_data);
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const SharedMass& m = masses[i];
+    const double value = fit.values[static_cast<std::size_t>(m.parameter)];
+    const double factor = std::exp(kTwoSided95 * error(static_cast<Eigen::Index>(i)));
+    Estimate estimate = mass_estimate(model, m.parameter, value, value / factor, value * factor);
+    estimate.identifiable = by_data(static_cast<Eigen::Index>(i)) < kIdentifiable;
+    const double margin = kAtBound * std::min(m.upper - m.lower, value);
+    estimate.at_bound = value <= m.lower + margin || value >= m.upper - margin;
+    estimate.derived = m.axis < 0;
+    if (m.axis >= 0) {
+      fit.estimates[static_cast<std::size_t>(m.axis)] = estimate;
+    } else {
+      fit.estimates.push_back(estimate);
+    }
+  }
+}
+
+/// Weights of an undetermined direction over the parameters' relative changes: masses that share a total are named for
+/// themselves, not for the ratios that are searched.
+std::string direction_in_words(const PlantModel& model, const SearchSpace& space, const FitResult& fit,
+                               const std::vector<double>& weights) {
+  std::vector<std::string> names = space.box(model).names;
+  if (space.shared_masses().empty()) return combination_in_words(weights, names);
+  std::vector<double> own = weights;
+  const Eigen::VectorXd moved =
+      shared_mass_slopes(space, fit) * Eigen::VectorXd::Map(weights.data(), static_cast<Eigen::Index>(weights.size()));
+  for (std::size_t i = 0; i < space.shared_masses().size(); ++i) {
+    const SharedMass& mass = space.shared_masses()[i];
+    if (mass.axis < 0) {
+      own.push_back(0.0);
+      names.push_back(model.parameters()[static_cast<std::size_t>(mass.parameter)].name);
+    }
+    own[mass.axis < 0 ? own.size() - 1 : static_cast<std::size_t>(mass.axis)] = moved(static_cast<Eigen::Index>(i));
+  }
+  double square = 0.0;
+  for (const double w : own) square += w * w;
+  for (double& w : own) w /= std::sqrt(std::max(square, 1e-300));
+  return combination_in_words(own, names);
 }
 
 }  // namespace
@@ -141,23 +226,40 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   }
   fit.undetermined.clear();
   for (const auto& direction : fit.identifiability.undetermined) {
-    fit.undetermined.push_back(combination_in_words(direction.weights, space.box(model).names));
+    fit.undetermined.push_back(direction_in_words(model, space, fit, direction.weights));
   }
-  if (space.dependent() < 0) return;
-  // The dependent mass is the total less the others: the variance of their sum.
-  const Parameter& parameter = model.parameters()[static_cast<std::size_t>(space.dependent())];
-  double sum = 0.0;
-  for (std::size_t a = 0; a < space.size(); ++a) {
-    for (std::size_t b = 0; b < space.size(); ++b) {
-      const bool masses = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].info == nullptr &&
-                          model.parameters()[static_cast<std::size_t>(space.axes()[b].parameter)].info == nullptr;
-      if (masses) sum += fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+  if (!space.shared_masses().empty()) {
+    describe_shared_masses(model, space, fit);
+  } else if (space.dependent() >= 0) {
+    add_rest_of_total(model, space, fit);
+  }
+}
+
+namespace {
+
+/// Other starts: the best of them, as good as this one, in place of the present solution.
+void look_elsewhere(Problem& problem, std::span<const int> train, const IdentifyOptions& options,
+                    const LeastSquaresOptions& finish, FitResult& fit) {
+  const SearchSpace& space = problem.space();
+  const bool known = noise_is_known(problem.model(), problem.experiment());
+  std::vector<LeastSquaresResult> ends{fit.solution};
+  const double samples = static_cast<double>(fit.solution.residual.size());
+  if (options.optimizer != Optimizer::lsq && !(known && down_to_noise(fit.solution.sum_of_squares, samples))) {
+    try {
+      ends.push_back(solve_least_squares(problem, space.start(), train, finish));
+      fit.evaluations += ends.back().evaluations;
+    } catch (const WorkError&) {
+      // The scenario's own start cannot be simulated: the search found one that can.
     }
   }
-  const double value = fit.values[static_cast<std::size_t>(space.dependent())], error = std::sqrt(std::max(sum, 0.0));
-  fit.estimates.push_back({parameter.name, parameter.unit, value, value - kTwoSided95 * error,
-                           value + kTwoSided95 * error, error < kIdentifiable * value, false, true});
+  SeveralStarts found = from_several_starts(problem, train, std::move(ends), known, options.genetic.seed, finish);
+  fit.solution = std::move(found.best);
+  fit.arrived = found.arrived;
+  fit.doubt = found.doubt;
+  fit.evaluations += found.evaluations;
 }
+
+}  // namespace
 
 FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                    const IdentifyOptions& options) {
@@ -188,8 +290,10 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   const bool refine = options.optimizer == Optimizer::lsq || options.optimizer == Optimizer::ga_lsq;
   if (!refine) finish.iterations = 0, finish.polish = false;
   if (options.tolerance) finish.tolerance = *options.tolerance, finish.polish = false;
-  for (;;) {
+  for (bool first = true;; first = false) {
     fit.solution = solve_least_squares(*problem, start, train, finish);
+    if (first && refine && !options.tolerance && space.size() > 0)
+      look_elsewhere(*problem, train, options, finish, fit);
     fit.point = fit.solution.point;
     fit.evaluations += fit.solution.evaluations;
     fit.values = space.expand(fit.point);

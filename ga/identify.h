@@ -52,11 +52,15 @@ struct FitResult {
   std::vector<GenerationRecord> history;  ///< of the population search
   double search_cost = 0.0;               ///< fitness cost after the population search
   StepChoice step;
+  bool arrived = true;  ///< false: `doubt` says why the best may not have been reached
+  std::string doubt;    ///< "starts disagree: ...", "gradient along a bound: ..."
   long evaluations = 0;
   double seconds = 0.0;
 };
 
-/// Search (population search, then least squares, as the optimiser says) on the train segments.
+/// Search (population search, then least squares, as the optimiser says) on the train segments. Least squares begins at
+/// the best of the population search, or at the scenario's start, and at other places (from_several_starts) while the
+/// residual is not down to the noise and no two of them meet; the best wins.
 /// Throws Interrupted with the checkpoint kept, WorkError when nothing converges.
 FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                    const IdentifyOptions& options);

@@ -414,7 +414,8 @@ Identifiability identifiability(const SearchSpace& space, const std::vector<doub
   Eigen::VectorXd sizes(jacobian.cols());
   for (std::size_t a = 0; a < space.size(); ++a) {
     const Axis& axis = space.axes()[a];
-    sizes(static_cast<Eigen::Index>(a)) = coordinate_size(point[a], axis.lower, axis.upper);
+    const bool relative = axis.coordinate == Coordinate::logarithm;  // by itself
+    sizes(static_cast<Eigen::Index>(a)) = relative ? 1.0 : coordinate_size(point[a], axis.lower, axis.upper);
   }
   return identifiability(sizes, jacobian, variance, samples_share, prior_information(space.axes()));
 }
@@ -443,6 +444,7 @@ Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::Matri
   }
   out.condition = std::sqrt(largest / std::max(eigen.eigenvalues().minCoeff(), 1e-15 * largest));
   for (Eigen::Index a = 0; a < n; ++a) out.relative_error.push_back(std::sqrt(covariance(a, a)));
+  out.by_data = sizes.asDiagonal() * covariance * sizes.asDiagonal();
   if (prior.size() == n && prior.maxCoeff() > 0.0) covariance = posterior(scaled, sizes, scale, prior);
   out.covariance = sizes.asDiagonal() * covariance * sizes.asDiagonal();
   return out;

@@ -64,6 +64,7 @@ struct Identifiability {
   int rank = 0;                        ///< directions known better than their own size
   double condition = 0.0;              ///< of the sensitivities, columns scaled by the parameters' sizes
   Eigen::MatrixXd covariance;          ///< of the search point, priors included; see `rank` for what is infinite
+  Eigen::MatrixXd by_data;             ///< the same of the data alone
   std::vector<double> relative_error;  ///< per axis: standard error by the data alone over the parameter's size
   struct Direction {
     double relative_error = 0.0;  ///< standard error along it, over its size

@@ -14,7 +14,10 @@ namespace {
 constexpr double kDifference = 1e-6;
 
 double difference_step(const Axis& axis, double x) {
-  const double size = std::max(std::fabs(x), 1e-3 * std::min(axis.upper - axis.lower, 1e6));
+  // A logarithm's size is one: its zero is as good as any other place.
+  const double size = axis.coordinate == Coordinate::logarithm
+                          ? 1.0
+                          : std::max(std::fabs(x), 1e-3 * std::min(axis.upper - axis.lower, 1e6));
   const double step = kDifference * std::max(size, 1e-12);
   return x + step <= axis.upper ? step : -step;
 }

@@ -14,7 +14,12 @@ namespace {
 
 bool is_mass(const Parameter& parameter) { return parameter.info == nullptr; }
 
-Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index) {
+/// Bounds are read as this many standard deviations of the prior from end to end.
+constexpr double kDeviationsInRange = 4.0;
+
+double prior_of(double range) { return range > 0.0 && std::isfinite(range) ? range / kDeviationsInRange : HUGE_VAL; }
+
+Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index, Coordinates coordinates) {
   const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
   if (spec.relative && p.value == 0.0) {
     throw InputError(spec.where, p.name + " = 0 with relative bounds",
@@ -28,17 +33,51 @@ Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index) {
                      fmt::format("a start value from {} to {} {}", lower, upper, p.unit));
   }
   Axis axis{index, std::max(lower, p.lower), std::min(upper, p.upper), p.value, Coordinate::linear};
+  const bool ratios = coordinates == Coordinates::ratios;
   if (p.info != nullptr && p.info->coordinate == Coordinate::inverse) {
     axis = {index, 1.0 / axis.upper, 1.0 / axis.lower, 1.0 / p.value, Coordinate::inverse};
   } else if (p.info != nullptr && p.info->coordinate == Coordinate::logarithm && axis.lower > 0.0) {
     axis = {index, std::log(axis.lower), std::log(axis.upper), std::log(p.value), Coordinate::logarithm};
+  } else if (ratios && axis.lower * axis.upper > 0.0) {
+    const auto [low, high] = std::minmax({std::log(axis.lower / p.value), std::log(axis.upper / p.value)});
+    axis = {index, low, high, 0.0, Coordinate::logarithm};
+    axis.unit = p.value;
   }
+  if (ratios) axis.prior = prior_of(axis.upper - axis.lower), axis.center = axis.start;
   return axis;
+}
+
+/// `total` in shares proportional to `weights`, each within its bounds: one factor of all weights, at which the sum of
+/// what the bounds let through is the total. The sum grows with it, and is linear between the factors at which a
+/// share reaches a bound.
+std::vector<double> share_out(double total, const std::vector<double>& weights, const std::vector<SharedMass>& bounds) {
+  const auto shares = [&](double factor) {
+    std::vector<double> out;
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      out.push_back(std::clamp(factor * weights[i], bounds[i].lower, bounds[i].upper));
+    return out;
+  };
+  const auto sum = [](const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); };
+  const double plain = total / sum(weights);
+  std::vector<double> out = shares(plain);
+  if (std::fabs(sum(out) - total) <= 1e-15 * total) return out;
+  std::vector<double> kinks{0.0};
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    kinks.push_back(bounds[i].lower / weights[i]);
+    kinks.push_back(bounds[i].upper / weights[i]);
+  }
+  std::sort(kinks.begin(), kinks.end());
+  const auto above =
+      std::find_if(kinks.begin() + 1, kinks.end() - 1, [&](double f) { return sum(shares(f)) >= total; });
+  const double low = *(above - 1), high = *above, at_low = sum(shares(low)), at_high = sum(shares(high));
+  const double part = at_high > at_low ? std::clamp((total - at_low) / (at_high - at_low), 0.0, 1.0) : 1.0;
+  return shares(low + part * (high - low));
 }
 
 }  // namespace
 
-SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario) : base_(model.values()) {
+SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coordinates coordinates)
+    : base_(model.values()), coordinates_(coordinates) {
   for (const IdentifySpec& spec : scenario.identify) {
     const std::vector<int> found = model.matching(spec.name);
     if (found.empty()) {
@@ -47,7 +86,7 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario) : ba
           "a parameter's kind (gain, mass, ...) or full name (joint.gain, link.mass, joint.effect.parameter)");
     }
     for (const int index : found) {
-      const Axis axis = axis_for(model, spec, index);
+      const Axis axis = axis_for(model, spec, index, coordinates);
       const auto same = std::find_if(axes_.begin(), axes_.end(), [&](const Axis& a) { return a.parameter == index; });
       if (same == axes_.end()) {
         axes_.push_back(axis);
@@ -62,15 +101,19 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario) : ba
 void SearchSpace::constrain_total_mass(const PlantModel& model, const Scenario& scenario) {
   double known = 0.0, lowest = 0.0, highest = 0.0;
   std::size_t heaviest = axes_.size();
+  std::vector<SharedMass> masses;
   for (std::size_t i = 0; i < model.parameters().size(); ++i) {
     if (is_mass(model.parameters()[i])) known += model.parameters()[i].value;
   }
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     if (!is_mass(model.parameters()[static_cast<std::size_t>(axes_[a].parameter)])) continue;
-    known -= axes_[a].start;
-    lowest += axes_[a].lower;
-    highest += axes_[a].upper;
-    if (heaviest == axes_.size() || axes_[a].start > axes_[heaviest].start) heaviest = a;
+    const Axis& axis = axes_[a];
+    masses.push_back(
+        {axis.parameter, static_cast<int>(a), axis.value(axis.start), axis.value(axis.lower), axis.value(axis.upper)});
+    known -= masses.back().start;
+    lowest += masses.back().lower;
+    highest += masses.back().upper;
+    if (heaviest == axes_.size() || masses.back().start > axes_[heaviest].value(axes_[heaviest].start)) heaviest = a;
   }
   if (heaviest == axes_.size()) return;  // no mass is searched: the total is what the robot says
   free_mass_ = *scenario.total_mass - known;
@@ -79,12 +122,32 @@ void SearchSpace::constrain_total_mass(const PlantModel& model, const Scenario& 
                      fmt::format("{} to {} kg, what the bounds of the masses allow", known + lowest, known + highest));
   }
   dependent_ = axes_[heaviest].parameter;
+  const auto positive = [](const SharedMass& m) { return m.lower > 0.0; };
+  if (coordinates_ == Coordinates::ratios && std::all_of(masses.begin(), masses.end(), positive)) {
+    return share_total_mass(std::move(masses), heaviest);
+  }
   dependent_lower_ = axes_[heaviest].lower;
   dependent_upper_ = axes_[heaviest].upper;
   axes_.erase(axes_.begin() + static_cast<std::ptrdiff_t>(heaviest));
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     if (is_mass(model.parameters()[static_cast<std::size_t>(axes_[a].parameter)])) mass_axes_.push_back(a);
   }
+}
+
+void SearchSpace::share_total_mass(std::vector<SharedMass> masses, std::size_t heaviest) {
+  const Axis reference = axes_[heaviest];
+  for (SharedMass& mass : masses) {
+    const std::size_t a = static_cast<std::size_t>(mass.axis);
+    mass.axis = a == heaviest ? -1 : mass.axis - (a > heaviest ? 1 : 0);
+    if (a == heaviest) continue;
+    // Of the ratio of two masses: both their ranges.
+    Axis& axis = axes_[a];
+    axis.prior = std::hypot(axis.prior, reference.prior);
+    axis.lower -= reference.upper;
+    axis.upper -= reference.lower;
+  }
+  axes_.erase(axes_.begin() + static_cast<std::ptrdiff_t>(heaviest));
+  shared_ = std::move(masses);
 }
 
 void SearchSpace::add(const PlantModel& model, const Axis& axis) {
@@ -130,9 +193,10 @@ std::vector<double> SearchSpace::start() const {
 std::vector<double> SearchSpace::expand(std::span<const double> point) const {
   std::vector<double> values = base_;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    values[static_cast<std::size_t>(axes_[a].parameter)] = from_search(axes_[a].coordinate, point[a]);
+    values[static_cast<std::size_t>(axes_[a].parameter)] = axes_[a].value(point[a]);
   }
-  if (dependent_ < 0) return values;
+  if (!shared_.empty()) expand_masses(point, values);
+  if (dependent_ < 0 || !shared_.empty()) return values;
   double others = 0.0;
   for (const std::size_t a : mass_axes_) others += point[a];
   const double rest = std::clamp(free_mass_ - others, dependent_lower_, dependent_upper_);
@@ -144,12 +208,24 @@ std::vector<double> SearchSpace::expand(std::span<const double> point) const {
   return values;
 }
 
+void SearchSpace::expand_masses(std::span<const double> point, std::vector<double>& values) const {
+  std::vector<double> weights;
+  for (const SharedMass& mass : shared_)
+    weights.push_back(mass.axis < 0 ? mass.start : mass.start * std::exp(point[static_cast<std::size_t>(mass.axis)]));
+  const std::vector<double> kilograms = share_out(free_mass_, weights, shared_);
+  for (std::size_t i = 0; i < shared_.size(); ++i)
+    values[static_cast<std::size_t>(shared_[i].parameter)] = kilograms[i];
+}
+
 std::vector<double> SearchSpace::contract(std::span<const double> values) const {
   std::vector<double> point;
-  for (const Axis& axis : axes_) {
-    const double x = to_search(axis.coordinate, values[static_cast<std::size_t>(axis.parameter)]);
-    point.push_back(std::clamp(x, axis.lower, axis.upper));
-  }
+  for (const Axis& axis : axes_) point.push_back(axis.at(values[static_cast<std::size_t>(axis.parameter)]));
+  double reference = 0.0;
+  for (const SharedMass& mass : shared_)
+    if (mass.axis < 0) reference = std::log(values[static_cast<std::size_t>(mass.parameter)] / mass.start);
+  for (const SharedMass& mass : shared_)
+    if (mass.axis >= 0) point[static_cast<std::size_t>(mass.axis)] -= reference;
+  for (std::size_t a = 0; a < axes_.size(); ++a) point[a] = std::clamp(point[a], axes_[a].lower, axes_[a].upper);
   return point;
 }
 

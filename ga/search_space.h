@@ -13,23 +13,51 @@
 
 namespace lacuna {
 
-/// One coordinate of the search. Bounds, start and prior are in the search coordinate (to_search). Only least squares
-/// knows the prior: it keeps what the data leave open near `center`, where bounds alone would let it slide.
+/// What a search of the plain model's parameters moves.
+enum class Coordinates {
+  values,  ///< the parameters themselves between hard bounds: what a study and the seed's optimisers are stated in
+  ratios   ///< logarithms of value over start value, with priors: gains, springs and masses share one scale
+};
+
+/// One coordinate of the search: value = unit * from_search(coordinate, x). Bounds, start and prior are in x. Only
+/// least squares knows the prior: it keeps what the data leave open near `center`, where bounds alone would let it
+/// slide.
 struct Axis {
   int parameter = 0;  ///< index in PlantModel::parameters()
   double lower = 0.0, upper = 0.0, start = 0.0;
   Coordinate coordinate = Coordinate::linear;
   double prior = HUGE_VAL;  ///< standard deviation of a Gaussian prior about `center`; infinite: none
   double center = 0.0;      ///< of the prior
+  double unit = 1.0;        ///< the parameter's unit; of a ratio its start value, sign included
+
+  double value(double x) const { return unit * from_search(coordinate, x); }
+  double at(double value) const { return to_search(coordinate, value / unit); }
 };
 
-/// Search point -> parameter vector. With a known total mass one free link mass (the heaviest at the start) is no axis:
-/// it takes what the others leave, within its bounds; beyond them the others are scaled so that the total always holds.
+/// A mass that is searched as a ratio while the total is known.
+struct SharedMass {
+  int parameter = 0;
+  int axis = -1;                                 ///< -1: it is the dependent one, against which ratios are counted
+  double start = 0.0, lower = 0.0, upper = 0.0;  ///< kg
+};
+
+/// Search point -> parameter vector.
+///
+/// Values: every axis is its parameter (or inverse, or logarithm, as the parameter's kind says). With a known total
+/// mass one free link mass (the heaviest at the start) is no axis: it takes what the others leave, within its bounds;
+/// beyond them the others are scaled so that the total always holds.
+///
+/// Ratios: a parameter whose bounds are of one sign is searched as log(value / start). Bounds stay hard, but every axis
+/// has a prior about its start, a standard deviation of a quarter of its range: bounds are read as two standard
+/// deviations either way, so that a valley which the data leave open ends at the prior's bottom and not at a wall. With
+/// a known total mass an axis is the logarithm of its mass over the heaviest one's, counted from the start values; the
+/// masses are their shares of the total, which holds exactly, and no mass takes what the others leave. What a mass'
+/// bounds refuse is shared out among the others.
 class SearchSpace {
  public:
   /// Axes from the scenario's `identify`; throws InputError for names that match nothing, start values outside the
   /// bounds, relative bounds of a zero start value, or a total mass that cannot be met.
-  SearchSpace(const PlantModel& model, const Scenario& scenario);
+  SearchSpace(const PlantModel& model, const Scenario& scenario, Coordinates coordinates = Coordinates::values);
 
   /// One more axis at the end (an effect's parameter). Bounds are cut to the parameter's physical range.
   void add(const PlantModel& model, const Axis& axis);
@@ -47,11 +75,15 @@ class SearchSpace {
   /// The search point of a parameter vector.
   std::vector<double> contract(std::span<const double> values) const;
 
-  /// The mass that is not searched but follows from the total; its parameter index, or -1.
+  /// The free mass that has no axis of its own where the total is known; its parameter index, or -1.
   int dependent() const { return dependent_; }
+  /// Searched masses under a known total, of ratios only.
+  const std::vector<SharedMass>& shared_masses() const { return shared_; }
 
  private:
   void constrain_total_mass(const PlantModel& model, const Scenario& scenario);
+  void share_total_mass(std::vector<SharedMass> masses, std::size_t heaviest);
+  void expand_masses(std::span<const double> point, std::vector<double>& values) const;
 
   std::vector<Axis> axes_;
   std::vector<double> base_;  ///< values of the model
@@ -59,6 +91,8 @@ class SearchSpace {
   double dependent_lower_ = 0.0, dependent_upper_ = 0.0;
   double free_mass_ = 0.0;  ///< kg, what the free masses must sum to
   std::vector<std::size_t> mass_axes_;
+  std::vector<SharedMass> shared_;
+  Coordinates coordinates_ = Coordinates::values;
 };
 
 /// Value of a typical size, in the unit of a parameter of this scale at `joint` (-1: the arm): what one `start` of an

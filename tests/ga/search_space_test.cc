@@ -124,6 +124,64 @@ TEST(SearchSpace, RefusesWhatCannotBeSearched) {
   EXPECT_EQ(refusal(arm({relative("gain", 0.5, 2.0)})), "");
 }
 
+Scenario signed_arm(double gain) {
+  Scenario scenario = arm({relative("gain", 0.5, 3.0), relative("damping", 0.25, 4.0), absolute("rest", -1.0, 1.0)});
+  scenario.actuators.front().parameters["gain"] = gain;
+  return scenario;
+}
+
+TEST(SearchSpace, SearchesWhatKeepsItsSignAsARatioToItsStartWithAPrior) {
+  const Scenario scenario = signed_arm(100.0);
+  const PlantModel model(scenario);
+  const SearchSpace space(model, scenario, Coordinates::ratios);
+  ASSERT_EQ(space.size(), 3u);
+  EXPECT_EQ(space.start(), (std::vector<double>{0.0, 0.0, 0.0}));
+  EXPECT_EQ(space.expand(space.start()), model.values());
+  EXPECT_NEAR(space.axes()[0].lower, std::log(0.5), 1e-15);
+  EXPECT_NEAR(space.axes()[0].upper, std::log(3.0), 1e-15);
+  EXPECT_NEAR(space.axes()[1].prior, std::log(2.0), 1e-15) << "[1/4, 4]: two standard deviations either way";
+  EXPECT_EQ(space.axes()[2].coordinate, Coordinate::linear) << "a position may change its sign";
+  EXPECT_EQ(space.axes()[2].prior, 0.5);
+  const std::vector<double> values = space.expand(std::vector<double>{std::log(2.0), 0.0, 0.25});
+  EXPECT_NEAR(values[static_cast<std::size_t>(model.find("joint_2.gain"))], 200.0, 1e-12);
+  EXPECT_EQ(values[static_cast<std::size_t>(model.find("joint_2.rest"))], 0.25);
+  EXPECT_NEAR(space.contract(values)[0], std::log(2.0), 1e-15);
+}
+
+TEST(SearchSpace, SharesAKnownTotalAmongAllMassesWithinTheirBounds) {
+  Scenario scenario = arm({relative("mass", 0.4, 2.5)});
+  scenario.total_mass = 45.0;
+  const PlantModel model(scenario);
+  const SearchSpace space(model, scenario, Coordinates::ratios);
+  ASSERT_EQ(space.size(), 5u);
+  ASSERT_EQ(space.shared_masses().size(), 6u);
+  EXPECT_EQ(space.dependent(), model.find("link_3.mass"));
+  const double before = moving(model, model.values());
+  for (const SharedMass& mass : space.shared_masses()) {
+    EXPECT_NEAR(space.expand(space.start())[static_cast<std::size_t>(mass.parameter)], mass.start * 45.0 / before,
+                1e-12);
+  }
+  Noise random(1);
+  for (int k = 0; k < 500; ++k) {
+    std::vector<double> point;
+    for (const Axis& axis : space.axes()) {
+      const double share = k % 3 == 0 ? std::round(random.uniform()) : random.uniform();
+      point.push_back(axis.lower + share * (axis.upper - axis.lower));
+    }
+    const std::vector<double> values = space.expand(point);
+    EXPECT_NEAR(moving(model, values), 45.0, 45.0 * 1e-14) << k;
+    bool inside = true;
+    for (const SharedMass& mass : space.shared_masses()) {
+      const double value = values[static_cast<std::size_t>(mass.parameter)];
+      EXPECT_GE(value, mass.lower * (1.0 - 1e-14)) << k;
+      EXPECT_LE(value, mass.upper * (1.0 + 1e-14)) << k;
+      inside = inside && value > mass.lower && value < mass.upper;
+    }
+    const std::vector<double> again = space.contract(values);
+    for (std::size_t a = 0; inside && a < again.size(); ++a) EXPECT_NEAR(again[a], point[a], 1e-12) << k;
+  }
+}
+
 TEST(SearchSpace, CutsAnAddedAxisToTheParametersPhysicalRange) {
   Scenario scenario = arm({relative("gain", 0.5, 2.0)});
   const PlantModel plain(scenario);

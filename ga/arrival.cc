@@ -1,0 +1,121 @@
+#include "ga/arrival.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "ga/random.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr int kDrawn = 4;
+constexpr std::uint32_t kStartStream = 0x57a27;  ///< purpose of the draws
+constexpr double kBeyondNoise = 4.0;             ///< standard deviations of a chi-square over its mean
+constexpr double kLeastDamping = 1e-9;           ///< of the look beyond a bound: what is near singular stays
+
+double energy(const LeastSquaresResult& r) { return r.sum_of_squares + r.prior_cost; }
+
+/// A point of the priors, within the bounds.
+std::vector<double> drawn_start(const std::vector<Axis>& axes, std::uint64_t seed, int k) {
+  RandomStream random(seed, 0, static_cast<std::uint32_t>(k), kStartStream);
+  std::vector<double> point;
+  for (const Axis& axis : axes) {
+    const double range = axis.upper - axis.lower;
+    double x = axis.start;
+    if (std::isfinite(axis.prior)) {
+      x = axis.center + axis.prior * random.normal();
+    } else if (std::isfinite(range)) {
+      x = axis.lower + range * random.uniform(0.25, 0.75);
+    }
+    point.push_back(std::clamp(x, axis.lower, axis.upper));
+  }
+  return point;
+}
+
+bool at_lower(const Axis& axis, double x) { return x <= axis.lower; }
+bool at_upper(const Axis& axis, double x) { return x >= axis.upper; }
+
+/// How far the linear look expects the energy to fall with the coordinates `free` alone.
+double promised(const Eigen::MatrixXd& normal, const Eigen::VectorXd& slope, const std::vector<Eigen::Index>& free,
+                const Eigen::VectorXd& floor) {
+  if (free.empty()) return 0.0;
+  const Eigen::MatrixXd N = normal(free, free);
+  const Eigen::VectorXd way = damped_step(N, slope(free), kLeastDamping, floor(free));
+  return -way.dot(2.0 * slope(free) + N * way);
+}
+
+}  // namespace
+
+bool down_to_noise(double sum, double n) { return sum <= n + kBeyondNoise * std::sqrt(2.0 * n); }
+
+bool noise_is_known(const PlantModel& model, const Experiment& experiment) {
+  const std::vector<Channel> channels = predicted_channels(model, experiment);
+  return std::all_of(channels.begin(), channels.end(), [](const Channel& c) { return c.noise > 0.0; });
+}
+
+std::string pushed_against_bounds(const PlantModel& model, const SearchSpace& space,
+                                  const LeastSquaresResult& solution) {
+  const std::vector<Axis>& axes = space.axes();
+  if (solution.jacobian.cols() != static_cast<Eigen::Index>(axes.size())) return "";
+  Eigen::MatrixXd normal = solution.jacobian.transpose() * solution.jacobian;
+  normal.diagonal() += prior_information(axes);
+  Eigen::VectorXd slope = solution.jacobian.transpose() * solution.residual;
+  std::vector<Eigen::Index> inside, all;
+  std::string names;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const Eigen::Index i = static_cast<Eigen::Index>(a);
+    const double x = solution.point[a];
+    slope(i) += std::pow(axes[a].prior, -2) * (x - axes[a].center);
+    const bool cut = (at_lower(axes[a], x) && slope(i) > 0.0) || (at_upper(axes[a], x) && slope(i) < 0.0);
+    all.push_back(i);
+    if (!cut) inside.push_back(i);
+    if (cut)
+      names += (names.empty() ? "" : ", ") + model.parameters()[static_cast<std::size_t>(axes[a].parameter)].name;
+  }
+  const Eigen::VectorXd floor = least_curvatures(axes);
+  const double gain = promised(normal, slope, all, floor) - promised(normal, slope, inside, floor);
+  return gain > kSameEnd * energy(solution) ? names : "";
+}
+
+SeveralStarts from_several_starts(Problem& problem, std::span<const int> segments, std::vector<LeastSquaresResult> ends,
+                                  bool noise_known, std::uint64_t seed, const LeastSquaresOptions& options) {
+  SeveralStarts out;
+  const auto better = [](const LeastSquaresResult& a, const LeastSquaresResult& b) { return energy(a) < energy(b); };
+  const auto settled = [&] {
+    const auto best = std::min_element(ends.begin(), ends.end(), better);
+    if (noise_known && down_to_noise(best->sum_of_squares, static_cast<double>(best->residual.size()))) return true;
+    const double most = (1.0 + kSameEnd) * energy(*best);
+    return std::count_if(ends.begin(), ends.end(), [&](const auto& end) { return energy(end) <= most; }) > 1;
+  };
+  LeastSquaresOptions drawn = options;
+  drawn.jacobian = nullptr;
+  for (int k = 0; k < kDrawn && !settled(); ++k) {
+    try {
+      ends.push_back(solve_least_squares(problem, drawn_start(problem.space().axes(), seed, k), segments, drawn));
+      out.evaluations += ends.back().evaluations;
+    } catch (const WorkError&) {
+      continue;  // nothing can be simulated there
+    }
+  }
+  out.starts = static_cast<int>(ends.size());
+  const bool met = settled();
+  const auto best = std::min_element(ends.begin(), ends.end(), better);
+  double next = HUGE_VAL;
+  for (auto end = ends.begin(); end != ends.end(); ++end)
+    if (end != best) next = std::min(next, energy(*end));
+  const std::string pushed = pushed_against_bounds(problem.model(), problem.space(), *best);
+  if (!met) {
+    out.doubt = fmt::format("starts disagree: of {} descents no other came within {:.0f} % of the best ({:.3g} times)",
+                            out.starts, 100.0 * kSameEnd, next / energy(*best));
+  } else if (!pushed.empty()) {
+    out.doubt = "gradient along a bound: the fit would be better beyond the bounds of " + pushed;
+  }
+  out.arrived = out.doubt.empty();
+  out.best = std::move(*best);
+  return out;
+}
+
+}  // namespace lacuna
