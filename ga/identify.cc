@@ -52,15 +52,17 @@ Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double
   } else if (axis.coordinate == Coordinate::logarithm) {
     value = std::exp(x), low = std::exp(low), high = std::exp(high);
   }
+  const bool spans = x - kTwoSided95 * error <= axis.lower && x + kTwoSided95 * error >= axis.upper;
   const double margin = kAtBound * std::min(axis.upper - axis.lower, std::fabs(x) + 1e-12);
   return {p.name,
           p.unit,
           value,
-          low,
-          high,
-          relative_error < kIdentifiable,
+          std::max(low, p.lower),
+          std::min(high, p.upper),
+          relative_error < kIdentifiable && !spans,
           x <= axis.lower + margin || x >= axis.upper - margin,
-          false};
+          false,
+          spans};
 }
 
 }  // namespace
@@ -96,6 +98,12 @@ std::string combination_in_words(const std::vector<double>& weights, const std::
   return text;
 }
 
+std::string rms_entry(const Channel& channel, const Experiment& experiment) {
+  const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+  const bool plain = channel.kind == ChannelKind::position || channel.kind == ChannelKind::command;
+  return plain ? joint : joint + "." + to_string(channel.kind);
+}
+
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role) {
   const std::vector<int> segments = problem.experiment().with_role(role);
   JointRms out;
@@ -111,9 +119,7 @@ JointRms residual_rms(Problem& problem, std::span<const double> values, Role rol
       sum += r.segment(block.first, block.count).squaredNorm();
       n += block.count;
     }
-    const std::string& joint = problem.experiment().joint_names[static_cast<std::size_t>(channels[c].joint)];
-    const bool plain = channels[c].kind == ChannelKind::position || channels[c].kind == ChannelKind::command;
-    const std::string name = plain ? joint : joint + "." + to_string(channels[c].kind);
+    const std::string name = rms_entry(channels[c], problem.experiment());
     out.emplace_back(name, n > 0 ? problem.weights()[c] * std::sqrt(sum / static_cast<double>(n)) : std::nan(""));
   }
   return out;
@@ -156,8 +162,9 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
     }
   }
   const double value = fit.values[static_cast<std::size_t>(space.dependent())], error = std::sqrt(std::max(sum, 0.0));
-  fit.estimates.push_back({parameter.name, parameter.unit, value, value - kTwoSided95 * error,
-                           value + kTwoSided95 * error, error < kIdentifiable * value, false, true});
+  fit.estimates.push_back(
+      {parameter.name, parameter.unit, value, std::max(value - kTwoSided95 * error, parameter.lower),
+       std::min(value + kTwoSided95 * error, parameter.upper), error < kIdentifiable * value, false, true});
 }
 
 FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,

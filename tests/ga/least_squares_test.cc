@@ -252,7 +252,11 @@ TEST(Identifiability, FindsAndNamesTheScaleThatAnglesLeaveOpen) {
   for (const char* name : {"swing.gain", "swing.damping", "swing.stiffness", "rod.mass"}) {
     EXPECT_NE(fit.undetermined[0].find(name), std::string::npos) << fit.undetermined[0];
   }
-  for (const Estimate& e : fit.estimates) EXPECT_FALSE(e.identifiable) << e.name;
+  for (const Estimate& e : fit.estimates) {
+    EXPECT_FALSE(e.identifiable) << e.name;
+    EXPECT_TRUE(e.spans_range) << e.name;
+    EXPECT_GE(e.lower95, 0.0) << e.name << " cannot be negative";
+  }
 }
 
 TEST(Identifiability, OfAKnownMassIsFull) {
@@ -264,6 +268,7 @@ TEST(Identifiability, OfAKnownMassIsFull) {
   EXPECT_TRUE(fit.undetermined.empty());
   for (const Estimate& e : fit.estimates) {
     EXPECT_TRUE(e.identifiable) << e.name;
+    EXPECT_FALSE(e.spans_range) << e.name;
     EXPECT_LT(e.lower95, e.value);
     EXPECT_GT(e.upper95, e.value);
   }
