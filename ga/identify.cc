@@ -65,6 +65,39 @@ Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double
           spans};
 }
 
+/// The Jacobian in units of what each channel is left with: rows of a channel over its own rms, its slow noise counted
+/// at its effective samples, so that what one joint's model lacks widens no other joint's intervals. `effective`:
+/// samples of all channels.
+Eigen::MatrixXd whitened_by_channel(Problem& problem, std::span<const ResidualBlock> blocks,
+                                    const LeastSquaresResult& s, double& effective) {
+  effective = 0.0;
+  Eigen::MatrixXd out = s.jacobian;
+  const bool inverse = std::holds_alternative<InverseDynamics>(problem.experiment().prediction);
+  const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(s.jacobian.cols());
+  for (std::size_t c = 0; c < problem.weights().size(); ++c) {
+    std::vector<ResidualBlock> own;
+    double energy = 0.0, samples = 0.0;
+    for (const ResidualBlock& block : blocks) {
+      if (block.channel != static_cast<int>(c) || block.count == 0) continue;
+      own.push_back(block);
+      energy += s.residual.segment(block.first, block.count).squaredNorm();
+      samples += static_cast<double>(block.count);
+    }
+    if (own.empty()) continue;
+    const double independent = effective_samples(s.residual, own);
+    effective += independent;
+    // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
+    const auto& channels = problem.experiment().channels;
+    const bool stated = !inverse && channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
+    const double freedom = std::max(samples * (1.0 - p / n), 1.0);
+    const double variance = std::max(energy / freedom, stated ? 1.0 : 1e-300);
+    if (out.rows() != s.residual.size()) continue;
+    for (const ResidualBlock& block : own)
+      out.middleRows(block.first, block.count) *= std::sqrt(independent / samples / variance);
+  }
+  return out;
+}
+
 }  // namespace
 
 const char* to_string(Optimizer optimizer) {
@@ -129,16 +162,8 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
                   FitResult& fit) {
   const auto blocks = problem.layout(segments);
   const LeastSquaresResult& s = fit.solution;
-  const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(space.size());
-  fit.effective_samples = effective_samples(s.residual, blocks);
-  // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
-  const auto& channels = problem.experiment().channels;
-  bool stated = !std::holds_alternative<InverseDynamics>(problem.experiment().prediction);
-  for (std::size_t c = 0; stated && c < channels.size(); ++c) {
-    stated = channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
-  }
-  const double variance = std::max(s.sum_of_squares / std::max(n - p, 1.0), stated ? 1.0 : 1e-300);
-  fit.identifiability = identifiability(space, s.point, s.jacobian, variance, fit.effective_samples / n);
+  const Eigen::MatrixXd jacobian = whitened_by_channel(problem, blocks, s, fit.effective_samples);
+  fit.identifiability = identifiability(space, s.point, jacobian, 1.0, 1.0);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {
     const double error =
