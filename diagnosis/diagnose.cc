@@ -8,7 +8,6 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/evidence.h"
-#include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/verify.h"
@@ -194,8 +193,6 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   rounds.reconsider();
   CurrentModel& current = rounds.current;
   simulator = rounds.simulator;
-  for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
-    out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
 
   report("motions that separate what is alike", 0.91);
   separate(out.findings, before, current, experiment, simulator, control, out.seed);

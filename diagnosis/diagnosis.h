@@ -2,8 +2,8 @@
 //
 // The steps stand one file each, in order: baseline.h (identify the plain model), locate.h (where it fails), screen.h
 // (every effect at every place, re-identified with it), decide.h (what is better than chance on recordings that were
-// not fitted), where.h (when and in which states that shows), prune.h (whether all are needed), separate.h (the motion
-// that would tell a class apart), verify.h (test recordings, other engines).
+// not fitted), where.h (when and in which states that shows), prune.h (whether all are needed), anew.h (what is said of
+// those that are), separate.h (the motion that would tell a class apart), verify.h (test recordings, other engines).
 #pragma once
 
 #include <map>

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "diagnosis/anew.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/evidence.h"
@@ -104,6 +105,20 @@ TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
 }
 
 TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
+TEST(Diagnosis, JudgesEveryFindingBesideTheOthers) {
+  const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise,
+                                                {effect("valve_deadband", "swing", {{"d", kDeadband}}),
+                                                 effect("valve_asymmetry", "swing", {{"a", 0.2}})},
+                                                10.0, available_engines().back()),
+                               small());
+  ASSERT_EQ(d.findings.size(), 2u);
+  for (const Finding& f : d.findings) {
+    // Each is all that is missing without it: in the round that found it, the first left much to the second.
+    EXPECT_GT(f.heldout_share, 0.97) << f.effect;
+    EXPECT_GT(f.probability, 0.9) << f.effect;
+  }
+}
+
   const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise, {}, 10.0), small());
   EXPECT_EQ(d.verdict, Verdict::consistent) << (d.findings.empty() ? "" : d.findings[0].effect);
   EXPECT_TRUE(d.findings.empty());
@@ -211,6 +226,8 @@ struct Pruned {
   std::vector<std::string> again() { return prune(*plain, *both, findings, experiment, on("featherstone", 0.005), {}); }
 
   PlantModel model;
+  void judge() { judge_anew(*plain, *both, findings, experiment, on("featherstone", 0.005), {}, 10, 1); }
+
   Experiment experiment;
   SearchSpace space;
   std::optional<CurrentModel> plain, both;
@@ -228,6 +245,26 @@ TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
 }
 
 TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
+TEST(JudgeAnew, SaysOfEachWhatItIsWorthBesideTheOthersAndAmongRivalsThatAreNoFindings) {
+  Pruned two(concealed_deadband(), "quadratic_damping", {0.01, kDeadband});
+  Finding &damping = two.findings[0], &deadband = two.findings[1];
+  // As if each had been found alone: the damping for the whole, in one class with the deadband.
+  damping.probability = 0.99, damping.p_value = 1e-9, damping.heldout_gain = 500.0, damping.heldout_share = 0.6;
+  damping.members = {"quadratic_damping", "valve_deadband"};
+  damping.rivals = {{"valve_deadband", "swing", 0.01, {}, {kDeadband}, {}}};
+  deadband.probability = 0.1, deadband.p_value = 0.5, deadband.heldout_gain = 0.0;
+  deadband.rivals = {{"coulomb_friction", "swing", 0.9, {{"v0", 0.0}}, {0.1}, {}}};
+  two.judge();
+  EXPECT_EQ(damping.p_value, 1.0);
+  EXPECT_LT(std::fabs(damping.heldout_gain), 10.0);
+  EXPECT_EQ(damping.members, std::vector<std::string>{"quadratic_damping"});
+  EXPECT_TRUE(damping.rivals.empty()) << "the deadband is a finding of its own";
+  EXPECT_GT(deadband.probability, 0.99);
+  EXPECT_LT(deadband.p_value, 1e-6);
+  EXPECT_GT(deadband.heldout_gain, 100.0);
+  EXPECT_GT(deadband.heldout_share, 0.9);
+}
+
   constexpr double kSpring = 60.0, kSide = 0.05;  // N m/rad, kg m^2
   Finding spring = Pruned::on_swing("joint_compliance");
   spring.fixed = {{"J", 0.0}, {"c", 0.0}};
@@ -338,10 +375,11 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
                               {"input_delay", "swing", 0.0, {}, {0.01}, {}}};
   wrong.findings[1].rivals = {{"coulomb_friction", "swing", 0.0, {{"v0", 0.0}}, {0.1}, {}}};
   const auto look = [](Pruned& p) {
-    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {}, 10, 1);
+    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {});
   };
   ASSERT_EQ(look(wrong).size(), 1u);
   EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");
+  wrong.judge();
   EXPECT_EQ(wrong.findings[1].effect, "valve_deadband");
   EXPECT_GT(wrong.findings[0].probability, 0.99);
   EXPECT_GT(wrong.findings[0].heldout_gain, 0.0);
