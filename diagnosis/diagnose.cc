@@ -206,10 +206,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   note_test_rest(out, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(model, experiment);
   const std::vector<Channel> channels = predicted_channels(model, experiment);
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (noise[c] > 0.0)
-      out.noise.emplace_back(experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], noise[c]);
-  }
+  for (std::size_t c = 0; c < channels.size(); ++c)
+    out.noise.emplace_back(rms_entry(channels[c], experiment), noise[c] > 0.0 ? noise[c] : std::nan(""));
   verify(out, before, current, experiment, simulator, options.other_engines);
   note_missing(scenario, out);
   out.all_recordings = fit_everything(current, experiment, simulator);

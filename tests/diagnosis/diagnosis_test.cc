@@ -11,6 +11,7 @@
 #include "diagnosis/exchange.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
+#include "diagnosis/verify.h"
 #include "tests/diagnosis/noise.h"
 #include "tests/ga/plant_problems.h"
 
@@ -104,7 +105,6 @@ TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
   EXPECT_EQ(std::count(d.findings[1].members.begin(), d.findings[1].members.end(), "armature"), 1);
 }
 
-TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
 TEST(Diagnosis, JudgesEveryFindingBesideTheOthers) {
   const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise,
                                                 {effect("valve_deadband", "swing", {{"d", kDeadband}}),
@@ -119,6 +119,7 @@ TEST(Diagnosis, JudgesEveryFindingBesideTheOthers) {
   }
 }
 
+TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
   const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise, {}, 10.0), small());
   EXPECT_EQ(d.verdict, Verdict::consistent) << (d.findings.empty() ? "" : d.findings[0].effect);
   EXPECT_TRUE(d.findings.empty());
@@ -225,9 +226,9 @@ struct Pruned {
   }
   std::vector<std::string> again() { return prune(*plain, *both, findings, experiment, on("featherstone", 0.005), {}); }
 
-  PlantModel model;
   void judge() { judge_anew(*plain, *both, findings, experiment, on("featherstone", 0.005), {}, 10, 1); }
 
+  PlantModel model;
   Experiment experiment;
   SearchSpace space;
   std::optional<CurrentModel> plain, both;
@@ -244,7 +245,6 @@ TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
   EXPECT_TRUE(two.again().empty()) << "the last one stays";
 }
 
-TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
 TEST(JudgeAnew, SaysOfEachWhatItIsWorthBesideTheOthersAndAmongRivalsThatAreNoFindings) {
   Pruned two(concealed_deadband(), "quadratic_damping", {0.01, kDeadband});
   Finding &damping = two.findings[0], &deadband = two.findings[1];
@@ -265,6 +265,7 @@ TEST(JudgeAnew, SaysOfEachWhatItIsWorthBesideTheOthersAndAmongRivalsThatAreNoFin
   EXPECT_GT(deadband.heldout_share, 0.9);
 }
 
+TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
   constexpr double kSpring = 60.0, kSide = 0.05;  // N m/rad, kg m^2
   Finding spring = Pruned::on_swing("joint_compliance");
   spring.fixed = {{"J", 0.0}, {"c", 0.0}};
@@ -378,8 +379,8 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
     return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {});
   };
   ASSERT_EQ(look(wrong).size(), 1u);
-  EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");
   wrong.judge();
+  EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");
   EXPECT_EQ(wrong.findings[1].effect, "valve_deadband");
   EXPECT_GT(wrong.findings[0].probability, 0.99);
   EXPECT_GT(wrong.findings[0].heldout_gain, 0.0);
@@ -389,6 +390,55 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
   const std::vector<double> values = wrong.both->space.expand(wrong.both->fit.point);
   EXPECT_NEAR(values[values.size() - 2], 0.2, 0.02) << "the asymmetry";
   EXPECT_TRUE(look(wrong).empty()) << "now all is right";
+}
+
+TEST(Verify, NamesEachJointWhoseResidualGrewByMoreThanNoiseDoes) {
+  const JointRms before{{"a", 1.0}, {"a.velocity", 1.0}, {"b", 1.0}, {"c", 1.0}, {"a2", 1.0}};
+  const JointRms after{{"a", 0.5}, {"a.velocity", 1.1}, {"b", 1.015}, {"c", 1.03}, {"a2", std::nan("")}};
+  EXPECT_EQ(joints_that_grew(before, after, {"a", "b", "c", "a2"}), (std::vector<std::string>{"a", "c"}));
+  EXPECT_TRUE(joints_that_grew(before, before, {"a", "b", "c"}).empty());
+  EXPECT_TRUE(joints_that_grew({}, after, {"a"}).empty());
+}
+
+TEST(Diagnosis, NamesEveryJointUnderNoiseEvenWhereItIsUnknown) {
+  Scenario scenario = concealed_deadband();
+  scenario.prediction = InverseDynamics{4.0};
+  const Diagnosis d = diagnose(scenario, small());
+  ASSERT_EQ(d.noise.size(), 1u);
+  EXPECT_EQ(d.noise[0].first, "swing");
+}
+
+TEST(DiagnosedScenario, SearchesTheSameSpaceAgain) {
+  Scenario scenario = concealed_deadband();
+  // Names as a user mixes them: a kind, a full name that refines it, absolute bounds.
+  scenario.identify = {{"gain", true, 0.2, 5.0, "test"},
+                       {"damping", true, 0.5, 2.0, "test"},
+                       {"swing.damping", true, 0.2, 5.0, "test"},
+                       {"mass", true, 0.9, 1.1, "test"},
+                       {"stiffness", false, 1.0, 25.0, "test"}};
+  const PlantModel plain(scenario);
+  const SearchSpace space(plain, scenario);
+  Diagnosis d;
+  d.findings = {Finding{}};
+  d.findings[0].effect = "valve_deadband", d.findings[0].place = "swing";
+  d.after.values = plain.values();
+  for (double& value : d.after.values) value *= 1.05;
+  d.after.values.push_back(kDeadband);
+  const Scenario found = diagnosed_scenario(scenario, d);
+  const PlantModel model(found);
+  const SearchSpace again(model, found);
+  ASSERT_EQ(again.size(), space.size());
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    const Axis &was = space.axes()[a], &is = again.axes()[a];
+    EXPECT_EQ(model.parameters()[static_cast<std::size_t>(is.parameter)].name,
+              plain.parameters()[static_cast<std::size_t>(was.parameter)].name);
+    EXPECT_DOUBLE_EQ(is.lower, was.lower);
+    EXPECT_DOUBLE_EQ(is.upper, was.upper);
+  }
+  // At a wall, too, the diagnosed scenario loads.
+  d.after.values[static_cast<std::size_t>(plain.find("swing.gain"))] =
+      std::exp(std::log(5.0 * kStart.gain)) * (1 + 1e-15);
+  EXPECT_NO_THROW(SearchSpace(PlantModel(diagnosed_scenario(scenario, d)), diagnosed_scenario(scenario, d)));
 }
 
 TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {
