@@ -126,10 +126,10 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
 }
 
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
-           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian) {
+           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian, int iterations) {
   Problem problem(model.model, experiment, model.space, options, model.weights);
   LeastSquaresOptions finish;
-  finish.iterations = kRefitIterations;
+  finish.iterations = iterations;
   finish.tolerance = tolerance;
   finish.polish = false;
   finish.jacobian = jacobian;

@@ -29,7 +29,8 @@ constexpr int kRefitIterations = 25;
 /// less than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot
 /// be simulated from that point.
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
-           const RunControl& control, double tolerance = kRefitTolerance, const Eigen::MatrixXd* jacobian = nullptr);
+           const RunControl& control, double tolerance = kRefitTolerance, const Eigen::MatrixXd* jacobian = nullptr,
+           int iterations = kRefitIterations);
 
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

@@ -146,16 +146,10 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   sharpen(judge, tried);
   sort_by_evidence(tried, options.integration_error);
   Decision out{{}, std::nullopt, current, options.simulator, std::nullopt};
-  std::optional<std::size_t> winner;
+  const std::optional<std::size_t> winner = strongest_that_can(judge, tried, options.integration_error);
   for (std::size_t k = 0; k < tried.size(); ++k) {
-    tried[k].objection = judge.objection(tried[k]);
-    if (tried[k].objection.empty() && !winner && !tried[k].refitted) {
-      judge.refit(tried[k]);
-      tried[k].objection = judge.objection(tried[k]);
-    }
-    const bool can = tried[k].objection.empty();
-    out.candidates.push_back(candidate_record(tried[k], can && winner ? kLessEvidence : tried[k].objection));
-    if (can && !winner) winner = k;
+    const bool could = tried[k].objection.empty() && k != winner;
+    out.candidates.push_back(candidate_record(tried[k], could ? kLessEvidence : tried[k].objection));
   }
   if (!winner) return out;
   Finding finding = make_finding(tried, *winner, options.seed);

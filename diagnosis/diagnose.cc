@@ -9,7 +9,6 @@
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/effort_search.h"
 #include "diagnosis/evidence.h"
-#include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/verify.h"
@@ -230,8 +229,6 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     } else {
       simulator = rounds.simulator, step = rounds.step;
     }
-    for (const std::string& unneeded : prune(before, current, out.findings, experiment, simulator, control))
-      out.notes.push_back(unneeded + " was found first and taken out again: beside the other findings it is not needed");
   }
   out.added = added_effects(before.model, current);
 
@@ -246,14 +243,12 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   judge_rest(out, before, current, experiment, simulator);
   note_test_rest(out, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(model, experiment);
-  const std::vector<Channel> channels = experiment.channels;
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (noise[c] > 0.0)
-      out.noise.emplace_back(experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], noise[c]);
-  }
+  const std::vector<Channel>& channels = experiment.channels;
+  for (std::size_t c = 0; c < channels.size(); ++c)
+    out.noise.emplace_back(rms_entry(channels[c], experiment), noise[c] > 0.0 ? noise[c] : std::nan(""));
   verify(out, before, current, experiment, simulator, options.other_engines);
   note_missing(scenario, out);
-  if (!out.before.arrived)
+  if (!out.before.arrived && !std::holds_alternative<InverseDynamics>(experiment.prediction))
     out.notes.push_back("nothing is claimed, the plain model's best may not have been reached: " + out.before.doubt);
   out.all_recordings = fit_everything(current, experiment, simulator);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -2,8 +2,8 @@
 //
 // The steps stand one file each, in order: baseline.h (identify the plain model), locate.h (where it fails), screen.h
 // (every effect at every place, re-identified with it), decide.h (what is better than chance on recordings that were
-// not fitted), where.h (when and in which states that shows), prune.h (whether all are needed), separate.h (the motion
-// that would tell a class apart), verify.h (test recordings, other engines).
+// not fitted), where.h (when and in which states that shows), prune.h (whether all are needed), anew.h (what is said of
+// those that are), separate.h (the motion that would tell a class apart), verify.h (test recordings, other engines).
 #pragma once
 
 #include <map>
@@ -119,8 +119,9 @@ struct Diagnosis {
   std::vector<EffectSpec> added;  ///< effects of the diagnosed model that the scenario's has not, in its order
   Unexplained unexplained;
   std::vector<MissingEffort> missing;  ///< where the plain model fails; empty where that cannot be said
-  JointRms noise;
-  FitResult before, after;  ///< `after` equals `before` where nothing was found
+  JointRms noise;                      ///< an entry a channel; NaN where it is unknown
+  FitResult before, after;             ///< `after` equals `before` where nothing was found
+  std::vector<std::string> worse;      ///< joints whose test rms the findings raised
   /// The found model fitted once more to every recording, test included, after all else was settled: for comparison
   /// with references that used the whole record. No other figure here depends on it.
   std::vector<Estimate> all_recordings;
@@ -143,7 +144,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options);
 /// The scenario with the findings and the identified values put in; runs as it is.
 Scenario diagnosed_scenario(const Scenario& scenario, const Diagnosis& diagnosis);
 
-/// The scenario with identified values put in (masses stay with the robot: `link_masses`).
+/// The scenario with identified values put in (masses stay with the robot: `link_masses`), searched within the bounds
+/// that it had.
 Scenario with_values(const Scenario& scenario, const PlantModel& model, std::span<const double> values);
 
 }  // namespace lacuna

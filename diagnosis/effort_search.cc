@@ -11,6 +11,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/colour.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/kin.h"
 #include "diagnosis/linearised.h"
 #include "diagnosis/partial.h"
 #include "diagnosis/prior.h"
@@ -20,7 +21,9 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostRounds = 40;
-constexpr double kWorthwhile = 1.0;    ///< log evidence that a change must promise to be fitted
+constexpr double kWorthwhile = 3.0;    ///< log evidence (20 to 1) that a change must bring
+constexpr double kSettled = 100.0;     ///< of a round, under which the colour of what is left is taken for known
+constexpr int kFitIterations = 8;      ///< of a set on its way; to the bottom at the end
 constexpr double kWindow = 8.0;        ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
 constexpr double kClassWindow = 3.0;   ///< within which rivals are not told apart: 20 to 1
 constexpr int kDraws = 60;             ///< of block resamples
@@ -83,6 +86,7 @@ class EffortSearch {
       if (quiet_.stop != nullptr && *quiet_.stop) throw Interrupted();
       if (!improve()) break;
     }
+    fit(standing_.model, kRefitIterations);
     keep_what_predicts();
     EffortSearchResult out{standing_.model, {}, {}, notes_};
     claim(out);
@@ -102,14 +106,27 @@ class EffortSearch {
       standing_.model = extended(standing_.model, experiment_, scale, standing_.model.fit.point, {0.0});
       scales_.push_back(scale);
     }
-    fit(standing_.model);
+    fit(standing_.model, kFitIterations);
+    // What every machine's joint has, as the regression by base parameters takes it: together, since one hides another.
+    Change dry;
+    for (const char* effect : {"coulomb_friction", "viscous_friction", "torque_offset", "armature"}) {
+      for (EffectSpec& spec : offered(info_of(effect))) {
+        const PlantModel model = plain_.model.with_effects({spec});
+        const std::vector<Axis> axes = effect_axes(model, experiment_, model.effects().back(), spec);
+        dry.own.push_back(starting_points(model, experiment_, axes).front());
+        dry.in.push_back(std::move(spec));
+      }
+    }
+    std::optional<Hypothesis> next = changed(dry);
+    if (next && log_odds(*next, standing_) > 0.0) standing_ = std::move(*next);
   }
 
   /// Least squares with priors, weights brought up to date.
-  bool fit(CurrentModel& model) const {
+  bool fit(CurrentModel& model, int iterations) const {
     set_priors(model.model, experiment_, model.space, model.fit.point);
     for (int k = 0; k < 2; ++k) {
-      if (!refit(model, experiment_, options_.simulator, quiet_, kFitTolerance)) return false;
+      if (!refit(model, experiment_, options_.simulator, quiet_, kFitTolerance, nullptr, iterations)) return false;
+      if (settled_) return true;
       const std::vector<double> before = model.weights;
       model.weights = weights_from(model, experiment_, options_.simulator);
       const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
@@ -153,7 +170,7 @@ class EffortSearch {
       add(change.in[k], change.own[k]);
       out.effects.push_back(change.in[k]);
     }
-    if (!fit(out.model)) return std::nullopt;
+    if (!fit(out.model, kFitIterations)) return std::nullopt;
     return out;
   }
 
@@ -405,7 +422,7 @@ class EffortSearch {
   }
 
   void whiten(const CurrentModel& now, Surroundings& s) const {
-    const Colour colour(s.train, s.train_blocks, floors(now));
+    const Colour colour = settled_ ? *settled_ : Colour(s.train, s.train_blocks, floors(now));
     for (std::size_t c = 0; c < experiment_.channels.size(); ++c)
       s.correlation = std::max(s.correlation, colour.correlation_samples(static_cast<int>(c)));
     const auto white = [&](Eigen::VectorXd& rows, const std::vector<ResidualBlock>& blocks) {
@@ -500,6 +517,7 @@ class EffortSearch {
     std::map<std::string, Move> best;
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
+      if (move.in >= 0 && clashes(near, set, move.in)) return;
       if (!(move.gain > kWorthwhile) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
@@ -513,6 +531,7 @@ class EffortSearch {
       for (int other = 0; other < static_cast<int>(parts.size()); ++other) {  // an exchange at the same place
         const Part& rival = parts[static_cast<std::size_t>(other)];
         if (rival.present || rival.needs >= 0 || rival.spec.place != part.spec.place) continue;
+        if (place_of(rival.spec) == place_of(part.spec)) continue;
         offer({0.0, other, k, part.spec.place}, near.toggled(with, other));
       }
     }
@@ -520,6 +539,25 @@ class EffortSearch {
     for (const auto& [where, move] : best) out.push_back(move);
     std::stable_sort(out.begin(), out.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
     return out;
+  }
+
+  /// Whether another member of the set at that place is a special case of the part, or both are of a third one: what
+  /// both contain could be told of either.
+  bool clashes(const Linearised& near, const Linearised::Set& set, int which) const {
+    const auto& parts = near.parts();
+    const Part& part = parts[static_cast<std::size_t>(which)];
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      if (!set[k] || static_cast<int>(k) == which || parts[k].needs >= 0 || part.needs >= 0) continue;
+      if (parts[k].spec.place == part.spec.place && overlap(parts[k].spec.effect, part.spec.effect)) return true;
+    }
+    return false;
+  }
+  static bool overlap(const std::string& one, const std::string& other) {
+    const EffectInfo &a = info_of(one), &b = info_of(other);
+    if (are_kin(a, b)) return true;
+    return std::any_of(effect_table().begin(), effect_table().end(), [&](const EffectInfo& c) {
+      return are_kin(a, c) && are_kin(b, c) && c.parameters.size() < std::min(a.parameters.size(), b.parameters.size());
+    });
   }
 
   Change change_of(const Linearised& near, const std::vector<Move>& moves) const {
@@ -562,9 +600,16 @@ class EffortSearch {
     const double odds = log_odds(*next, standing_);
     for (const Move& m : moves) fmt::print(stderr, "  {} gain {:.1f}\n", name_of(near, m), m.gain);
     fmt::print(stderr, "try {} moves: odds {:.1f}, {} effects, {} axes, evals {} iterations {} t {:.1f}\n", moves.size(), odds, next->effects.size(), next->model.space.size(), next->model.fit.evaluations, next->model.fit.iterations, std::clock()/1e6);
-    if (!(odds > 0.0)) return false;
+    if (!(odds > kWorthwhile)) return false;
     standing_ = std::move(*next);
+    if (odds < kSettled && !settled_) settle();
     return true;
+  }
+
+  /// From now on every set is weighed with the colour and the weights of this one.
+  void settle() {
+    const Surroundings s = unwhitened(standing_.model, standing_.model.weights);
+    settled_ = Colour(s.train, s.train_blocks, floors(standing_.model));
   }
 
   /// Log evidence of one fitted set over another, weighed with the colour of the one that leaves less.
@@ -572,7 +617,7 @@ class EffortSearch {
     const std::vector<double>& weights = one.model.weights;
     Surroundings x = unwhitened(one.model, weights), y = unwhitened(other.model, weights);
     const bool better = x.train.squaredNorm() < y.train.squaredNorm();
-    const Colour colour(better ? x.train : y.train, x.train_blocks, floors(one.model));
+    const Colour colour = settled_ ? *settled_ : Colour(better ? x.train : y.train, x.train_blocks, floors(one.model));
     return own_evidence(std::move(x), colour) - own_evidence(std::move(y), colour) + set_prior(one) - set_prior(other);
   }
 
@@ -731,6 +776,7 @@ class EffortSearch {
   std::vector<int> train_, validate_;
   Hypothesis standing_;
   std::vector<EffectSpec> scales_;
+  std::optional<Colour> settled_;
   std::set<std::string> refused_;
   std::size_t places_offered_ = 100;
   std::vector<std::vector<Candidate>> rounds_;

@@ -260,9 +260,7 @@ void Judge::set_recordings(Tried& tried) {
   EffectSpec everywhere = spec;
   everywhere.recordings.clear();
   const CurrentModel all = extended(current_, experiment_, everywhere, tried.effect.point, tried.effect.own);
-  const std::vector<double> values = all.space.expand(all.fit.point);
-  for (const std::string& file : recordings_with_effect(all.model, all.model.effects().back(), values, experiment_,
-                                                        simulator_, current_.weights, {Role::validate, Role::test})) {
+  for (const std::string& file : recordings_with_effect(all, experiment_, simulator_, {Role::validate, Role::test})) {
     if (std::find(spec.recordings.begin(), spec.recordings.end(), file) == spec.recordings.end()) {
       spec.recordings.push_back(file);
     }

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "diagnosis/candidates.h"
@@ -11,6 +10,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kEstimateDamping = 1e-6;  // of the linear estimate, relative to the normal matrix' diagonal
+constexpr double kLook = 1.0;              // s of a recording's start that decide
 
 std::vector<std::string> files_of(const Experiment& experiment, Role role) {
   std::vector<std::string> out;
@@ -19,6 +19,30 @@ std::vector<std::string> files_of(const Experiment& experiment, Role role) {
     if (std::find(out.begin(), out.end(), file) == out.end()) out.push_back(file);
   }
   return out;
+}
+
+/// Segments of `roles` that say whether an effect is on: of efforts all, else the first of every file.
+std::vector<int> deciding_segments(const Experiment& experiment, const std::vector<Role>& roles, bool efforts) {
+  std::vector<int> out;
+  std::vector<std::string> files;
+  for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
+    const Segment& segment = experiment.segments[s];
+    if (std::find(roles.begin(), roles.end(), segment.role) == roles.end()) continue;
+    const bool seen = std::find(files.begin(), files.end(), segment.file) != files.end();
+    if (seen && !efforts) continue;
+    files.push_back(segment.file);
+    out.push_back(static_cast<int>(s));
+  }
+  return out;
+}
+
+/// Residual rows of a channel in the first kLook of a segment: missing samples have none.
+Eigen::Index rows_at_start(const Segment& segment, std::size_t channel) {
+  const std::vector<double>& measured = segment.measured[channel];
+  Eigen::Index rows = 0;
+  for (std::size_t k = 0; k < segment.count && segment.time(k) - segment.time(0) <= kLook; ++k)
+    rows += std::isfinite(measured[k]);
+  return rows;
 }
 
 }  // namespace
@@ -61,45 +85,30 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
   return on.size() < files.size() ? on : std::vector<std::string>{};
 }
 
-std::vector<std::string> recordings_with_effect(const PlantModel& model, const Component& component,
-                                                std::span<const double> values, const Experiment& experiment,
-                                                const SimulatorOptions& options, const std::vector<double>& weights,
-                                                const std::vector<Role>& roles) {
-  constexpr double kLook = 1.0;  // s of a recording's start that decide
-  std::vector<int> first;        // the first segment of every file
-  std::vector<std::string> files;
-  for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
-    const Segment& segment = experiment.segments[s];
-    if (std::find(roles.begin(), roles.end(), segment.role) == roles.end()) continue;
-    if (std::find(files.begin(), files.end(), segment.file) != files.end()) continue;
-    files.push_back(segment.file);
-    first.push_back(static_cast<int>(s));
-  }
-  std::vector<std::vector<double>> both(2, std::vector<double>(values.begin(), values.end()));
+std::vector<std::string> recordings_with_effect(const CurrentModel& with, const Experiment& experiment,
+                                                const SimulatorOptions& options, const std::vector<Role>& roles) {
+  const bool efforts = std::holds_alternative<InverseDynamics>(experiment.prediction);
+  const std::vector<int> segments = deciding_segments(experiment, roles, efforts);
+  if (segments.empty()) return {};
+  std::vector<std::vector<double>> both(2, with.space.expand(with.fit.point));
+  const Component& component = with.model.effects().back();
   for (int k = 0; k < component.count; ++k) {
     const auto i = static_cast<std::size_t>(component.first + k);
-    both[1][i] = model.parameters()[i].neutral;
+    both[1][i] = with.model.parameters()[i].neutral;
   }
-  std::vector<std::array<double, 2>> energy(experiment.segments.size(), {0.0, 0.0});
-  const auto energy_of = [&](int which, int s) -> double& {
-    return energy[static_cast<std::size_t>(s)][static_cast<std::size_t>(which)];
-  };
-  const auto sum = [&](int which, int s, const auto& predicted) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
-    for (std::size_t c = 0; c < predicted.size() && c < segment.measured.size(); ++c) {
-      for (std::size_t k = 0; k < segment.count && segment.time(k) - segment.time(0) <= kLook; ++k) {
-        const double e = (predicted[c][k] - segment.measured[c][k]) / weights[c];
-        if (std::isfinite(e)) energy_of(which, s) += e * e;
-      }
-    }
-  };
-  make_simulator(model, experiment, options)->run(both, first, sum, [&](int which, int s) {
-    return std::as_writable_bytes(std::span(&energy_of(which, s), 1));
-  });
+  Problem problem(with.model, experiment, with.space, options, with.weights);
+  const std::vector<Eigen::VectorXd> residuals = problem.residuals_of(both, segments);
+  std::vector<std::pair<std::string, double>> gained;  // energy that it removes, by file
+  for (const ResidualBlock& block : problem.layout(segments)) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const Eigen::Index rows = efforts ? block.count : rows_at_start(segment, static_cast<std::size_t>(block.channel));
+    const auto energy = [&](const Eigen::VectorXd& r) { return r.segment(block.first, rows).squaredNorm(); };
+    if (gained.empty() || gained.back().first != segment.file) gained.emplace_back(segment.file, 0.0);
+    gained.back().second += energy(residuals[1]) - energy(residuals[0]);
+  }
   std::vector<std::string> on;
-  for (std::size_t k = 0; k < files.size(); ++k) {
-    const auto& [with, without] = energy[static_cast<std::size_t>(first[k])];
-    if (with < without) on.push_back(files[k]);
+  for (const auto& [file, energy] : gained) {
+    if (energy > 0.0 && std::find(on.begin(), on.end(), file) == on.end()) on.push_back(file);
   }
   return on;
 }

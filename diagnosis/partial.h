@@ -1,7 +1,6 @@
 // Effects that act in some recordings only: in which.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -15,11 +14,10 @@ namespace lacuna {
 std::vector<std::string> likely_recordings(const CurrentModel& current, const Experiment& experiment,
                                            const CoarseLook& coarse, const EffectSpec& spec);
 
-/// Files among the recordings of `roles` in which the effect at `component` is on: those whose first second the model
-/// predicts better with it than without. `values` include the effect.
-std::vector<std::string> recordings_with_effect(const PlantModel& model, const Component& component,
-                                                std::span<const double> values, const Experiment& experiment,
-                                                const SimulatorOptions& options, const std::vector<double>& weights,
-                                                const std::vector<Role>& roles);
+/// Files among the recordings of `roles` in which the last effect of `with` is on: those that the model predicts better
+/// with it than without. A prediction in time is judged by its first second, before other errors have grown; efforts by
+/// all of the recording.
+std::vector<std::string> recordings_with_effect(const CurrentModel& with, const Experiment& experiment,
+                                                const SimulatorOptions& options, const std::vector<Role>& roles);
 
 }  // namespace lacuna

@@ -31,6 +31,18 @@ void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence > b.evidence; });
 }
 
+std::optional<std::size_t> strongest_that_can(Judge& judge, std::vector<Tried>& tried, double integration_error) {
+  for (;;) {
+    for (Tried& t : tried) t.objection = judge.objection(t);
+    const auto first = std::find_if(tried.begin(), tried.end(), [](const Tried& t) { return t.objection.empty(); });
+    if (first == tried.end()) return std::nullopt;
+    if (first->refitted) return static_cast<std::size_t>(first - tried.begin());
+    // What it is worth once re-identified may be another's place.
+    judge.refit(*first);
+    sort_by_evidence(tried, integration_error);
+  }
+}
+
 std::vector<double> probabilities(const std::vector<Tried>& tried) {
   double most = -HUGE_VAL, over_chance = -HUGE_VAL;
   for (const Tried& t : tried) {

@@ -1,6 +1,7 @@
 // Which of several candidates is the most probable, and how probable it is.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "diagnosis/judge.h"
@@ -12,6 +13,10 @@ namespace lacuna {
 /// error of e noise rms changes a residual's energy by up to e^2 of the noise's: gains nearer than that are not told
 /// apart. That lifts no candidate over chance: what it has over nothing (`over_chance`) is its own.
 void sort_by_evidence(std::vector<Tried>& tried, double integration_error);
+
+/// The one with the most evidence that can be what is missing, re-identified if it was not yet; nothing where none can.
+/// Every candidate has its objection from then on, and all stand in the order of the evidence that they have then.
+std::optional<std::size_t> strongest_that_can(Judge& judge, std::vector<Tried>& tried, double integration_error);
 
 /// Shares of exp(evidence) among the candidates that can be what is missing, chance (evidence 0, prior weight that of
 /// all candidates together) included. The others have none: what removes a small part of the rest is no rival of what

@@ -7,10 +7,13 @@
 #include <optional>
 #include <tuple>
 
+#include "diagnosis/anew.h"
 #include "diagnosis/baseline.h"
+#include "diagnosis/contest.h"
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/exchange.h"
+#include "diagnosis/prune.h"
 #include "diagnosis/where.h"
 #include "diagnosis/without.h"
 
@@ -178,13 +181,18 @@ bool Rounds::round() {
 void Rounds::reconsider() {
   if (exchange_findings()) run();
   if (find_anew()) run();
+  const std::vector<std::string> unneeded = prune(plain_, current, out_.findings, experiment_, simulator, quiet_);
+  for (const std::string& one : unneeded)
+    out_.notes.push_back(one + " was found first and taken out again: beside the other findings it is not needed");
+  // The only one there ever was has been judged in its round.
+  if (out_.findings.size() < 2 && unneeded.empty()) return;
+  std::size_t tries = 0;
+  for (const std::vector<Candidate>& round : out_.rounds) tries += round.size();
+  judge_anew(plain_, current, out_.findings, experiment_, simulator, quiet_, static_cast<int>(tries), out_.seed);
 }
 
 bool Rounds::exchange_findings() {
-  std::size_t tries = 0;
-  for (const std::vector<Candidate>& round : out_.rounds) tries += round.size();
-  const std::vector<std::string> changes =
-      exchange(plain_, current, out_.findings, experiment_, simulator, quiet_, static_cast<int>(tries), out_.seed);
+  const std::vector<std::string> changes = exchange(plain_, current, out_.findings, experiment_, simulator, quiet_);
   out_.notes.insert(out_.notes.end(), changes.begin(), changes.end());
   if (changes.empty()) return false;
   refine(current, experiment_, simulator, quiet_, kRefinedIterations);

@@ -24,7 +24,8 @@ class Rounds {
   /// checkpoint holds is taken from there.
   void run();
   /// Several findings once more: each beside the others (exchange.h), then each that a later one contains. After any
-  /// change, rounds go on.
+  /// change, rounds go on. At last what is not needed is taken out (prune.h), and all that stand then are judged anew
+  /// (anew.h).
   void reconsider();
 
   CurrentModel current;

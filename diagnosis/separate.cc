@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "diagnosis/baseline.h"
-#include "diagnosis/exchange.h"
+#include "diagnosis/contest.h"
 #include "ga/random.h"
 #include "physics/course.h"
 

@@ -92,12 +92,35 @@ std::vector<Whiteness> whiteness(const CurrentModel& before, const CurrentModel&
   return out;
 }
 
+const JointRms& test_rms(const FitResult& fit) {
+  static const JointRms kNone;
+  for (const auto& [role, rms] : fit.rms) {
+    if (role == Role::test) return rms;
+  }
+  return kNone;
+}
+
 }  // namespace
+
+std::vector<std::string> joints_that_grew(const JointRms& before, const JointRms& after,
+                                          const std::vector<std::string>& joints, double margin) {
+  std::vector<std::string> out;
+  for (const std::string& joint : joints) {
+    const auto of_joint = [&](const std::string& entry) { return entry == joint || entry.rfind(joint + ".", 0) == 0; };
+    const bool grew = std::any_of(after.begin(), after.end(), [&](const auto& now) {
+      const auto was = std::find_if(before.begin(), before.end(), [&](const auto& b) { return b.first == now.first; });
+      return of_joint(now.first) && was != before.end() && now.second > (1.0 + margin) * was->second;
+    });
+    if (grew) out.push_back(joint);
+  }
+  return out;
+}
 
 void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
             const SimulatorOptions& options, bool other_engines) {
   trace(out, before, after, experiment, options);
   out.whiteness = whiteness(before, after, experiment, options);
+  out.worse = joints_that_grew(test_rms(out.before), test_rms(out.after), experiment.joint_names);
   if (experiment.with_role(Role::test).empty()) return;
   double own = 0.0;
   std::vector<std::string> names{options.engine};

@@ -53,15 +53,49 @@ Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double
     const double a = axis.value(low), b = axis.value(high);
     low = std::min(a, b), high = std::max(a, b);
   }
+  const bool spans = x - kTwoSided95 * error <= axis.lower && x + kTwoSided95 * error >= axis.upper;
   const double margin = kAtBound * std::min(axis.upper - axis.lower, std::fabs(x) + 1e-12);
   return {p.name,
           p.unit,
           axis.value(x),
-          low,
-          high,
-          relative_error < kIdentifiable,
+          std::max(low, p.lower),
+          std::min(high, p.upper),
+          relative_error < kIdentifiable && !spans,
           x <= axis.lower + margin || x >= axis.upper - margin,
-          false};
+          false,
+          spans};
+}
+
+/// The Jacobian in units of what each channel is left with: rows of a channel over its own rms, its slow noise counted
+/// at its effective samples, so that what one joint's model lacks widens no other joint's intervals. `effective`:
+/// samples of all channels.
+Eigen::MatrixXd whitened_by_channel(Problem& problem, std::span<const ResidualBlock> blocks,
+                                    const LeastSquaresResult& s, double& effective) {
+  effective = 0.0;
+  Eigen::MatrixXd out = s.jacobian;
+  const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(s.jacobian.cols());
+  for (std::size_t c = 0; c < problem.weights().size(); ++c) {
+    std::vector<ResidualBlock> own;
+    double energy = 0.0, samples = 0.0;
+    for (const ResidualBlock& block : blocks) {
+      if (block.channel != static_cast<int>(c) || block.count == 0) continue;
+      own.push_back(block);
+      energy += s.residual.segment(block.first, block.count).squaredNorm();
+      samples += static_cast<double>(block.count);
+    }
+    if (own.empty()) continue;
+    const double independent = effective_samples(s.residual, own);
+    effective += independent;
+    // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
+    const auto& channels = problem.experiment().channels;
+    const bool stated = channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
+    const double freedom = std::max(samples * (1.0 - p / n), 1.0);
+    const double variance = std::max(energy / freedom, stated ? 1.0 : 1e-300);
+    if (out.rows() != s.residual.size()) continue;
+    for (const ResidualBlock& block : own)
+      out.middleRows(block.first, block.count) *= std::sqrt(independent / samples / variance);
+  }
+  return out;
 }
 
 Estimate mass_estimate(const PlantModel& model, int parameter, double value, double low, double high) {
@@ -181,6 +215,13 @@ std::string combination_in_words(const std::vector<double>& weights, const std::
   return text;
 }
 
+std::string rms_entry(const Channel& channel, const Experiment& experiment) {
+  const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+  const bool inverse = std::holds_alternative<InverseDynamics>(experiment.prediction);
+  const bool effort = channel.kind == ChannelKind::effort || channel.kind == ChannelKind::command;
+  return (inverse ? effort : channel.kind == ChannelKind::position) ? joint : joint + "." + to_string(channel.kind);
+}
+
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role) {
   const std::vector<int> segments = problem.experiment().with_role(role);
   JointRms out;
@@ -196,8 +237,7 @@ JointRms residual_rms(Problem& problem, std::span<const double> values, Role rol
       sum += r.segment(block.first, block.count).squaredNorm();
       n += block.count;
     }
-    const std::string& joint = problem.experiment().joint_names[static_cast<std::size_t>(channels[c].joint)];
-    const std::string name = is_leading(problem.experiment(), c) ? joint : joint + "." + to_string(channels[c].kind);
+    const std::string name = rms_entry(channels[c], problem.experiment());
     out.emplace_back(name, n > 0 ? problem.weights()[c] * std::sqrt(sum / static_cast<double>(n)) : std::nan(""));
   }
   return out;
@@ -207,16 +247,8 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
                   FitResult& fit) {
   const auto blocks = problem.layout(segments);
   const LeastSquaresResult& s = fit.solution;
-  const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(space.size());
-  fit.effective_samples = effective_samples(s.residual, blocks);
-  // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
-  const auto& channels = problem.experiment().channels;
-  bool stated = true;
-  for (std::size_t c = 0; stated && c < channels.size(); ++c) {
-    stated = channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
-  }
-  const double variance = std::max(s.sum_of_squares / std::max(n - p, 1.0), stated ? 1.0 : 1e-300);
-  fit.identifiability = identifiability(space, s.point, s.jacobian, variance, fit.effective_samples / n);
+  const Eigen::MatrixXd jacobian = whitened_by_channel(problem, blocks, s, fit.effective_samples);
+  fit.identifiability = identifiability(space, s.point, jacobian, 1.0, 1.0);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {
     const double error =

@@ -30,10 +30,11 @@ struct IdentifyOptions {
 struct Estimate {
   std::string name, unit;
   double value = 0.0;
-  double lower95 = 0.0, upper95 = 0.0;
-  bool identifiable = false;  ///< its standard error is under half its size
+  double lower95 = 0.0, upper95 = 0.0;  ///< cut to the physical range
+  bool identifiable = false;            ///< its standard error is under half its size
   bool at_bound = false;
-  bool derived = false;  ///< follows from the total mass
+  bool derived = false;      ///< follows from the total mass
+  bool spans_range = false;  ///< the interval, before it was cut, covers all that was searched: nothing is known of it
 };
 
 /// Residual rms per joint in channel units (positions; efforts in command units for inverse dynamics).
@@ -72,6 +73,9 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
 
 /// "0.81 joint_2.gain + 0.57 joint_2.damping": the members of a unit vector over named coordinates that matter.
 std::string combination_in_words(const std::vector<double>& weights, const std::vector<std::string>& names);
+
+/// How a channel's rms is named: by its joint, "joint_2.velocity" where it is not the position or the command.
+std::string rms_entry(const Channel& channel, const Experiment& experiment);
 
 /// rms of the residual per joint over the segments of one role.
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role);

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "physics/quantity.h"
+#include "physics/noise.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -16,8 +17,6 @@ namespace {
 constexpr int kInversePasses = 2;  ///< of the filter, through which what inverse dynamics compares has gone
 
 constexpr std::size_t kFewestSamples = 10;
-/// No transducer is credited with less than this share of the range that it was seen to cover.
-constexpr double kFinestNoise = 1e-6;
 /// A local polynomial is accepted while its residual variance stays below this multiple of the noise variance
 /// (chi-square over ten degrees of freedom exceeds it in about 1 % of draws).
 constexpr double kVarianceSlack = 2.3;
@@ -133,7 +132,7 @@ std::vector<Channel> make_channels(const Scenario& scenario) {
 double estimated_noise(const std::vector<Cut>& cuts, ChannelKind kind, int joint) {
   std::vector<double> estimates;
   for (const Cut& piece : cuts) {
-    const double rms = noise_from_differences(piece.track->time, piece.signal(kind, joint));
+    const double rms = noise_of(piece.track->time, piece.signal(kind, joint));
     if (std::isfinite(rms)) estimates.push_back(rms);
   }
   if (estimates.empty()) return std::nan("");
@@ -442,43 +441,6 @@ LocalState local_state(const std::vector<double>& time, const std::vector<double
     best.state.value_error = best.state.slope_error = 0.0;
   }
   return best.state;
-}
-
-double noise_from_differences(const std::vector<double>& time, const std::vector<double>& signal) {
-  // Weights of the sixth divided difference: zero for any polynomial of fifth degree, whatever the spacing. Motion of a
-  // twentieth of the sampling rate passes at 3e-5 of its size, white noise whole.
-  constexpr std::size_t kOrder = 6;
-  std::vector<double> squares;
-  for (std::size_t i = kOrder; i < signal.size(); ++i) {
-    double value = 0.0, norm = 0.0;
-    for (std::size_t a = i - kOrder; a <= i; ++a) {
-      double weight = 1.0;
-      for (std::size_t b = i - kOrder; b <= i; ++b) {
-        if (b != a) weight *= (time[i] - time[i - kOrder]) / (time[a] - time[b]);
-      }
-      value += weight * signal[a];
-      norm += weight * weight;
-    }
-    if (std::isfinite(value)) squares.push_back(value * value / norm);
-  }
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const double x : signal) {
-    if (std::isfinite(x)) low = std::min(low, x), high = std::max(high, x);
-  }
-  const double floor = kFinestNoise * std::max(high - low, 0.0);
-  constexpr std::size_t kBlock = 25;
-  std::vector<double> blocks;
-  for (std::size_t i = 0; i + kBlock <= squares.size(); i += kBlock) {
-    double sum = 0.0;
-    for (std::size_t k = i; k < i + kBlock; ++k) sum += squares[k];
-    if (sum > 0.0) blocks.push_back(sum / kBlock);  // a reading that stands still says nothing of its noise
-  }
-  if (blocks.empty()) return floor > 0.0 ? floor : std::nan("");
-  std::nth_element(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(blocks.size() / 2), blocks.end());
-  // Neighbouring differences of white noise correlate as C(12, 6-k)/C(12, 6): a block of 25 holds 25/3.17 degrees of
-  // freedom, and the median of its mean square lies below the mean by the factor of Wilson and Hilferty.
-  constexpr double kFreedom = static_cast<double>(kBlock) / 3.17, kRoot = 1.0 - 2.0 / (9.0 * kFreedom);
-  return std::max(floor, std::sqrt(blocks[blocks.size() / 2] / (kRoot * kRoot * kRoot)));
 }
 
 bool share_clock(const Segment& one, const Segment& other) {

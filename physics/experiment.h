@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/measured_motion.h"
+#include "physics/noise.h"
 #include "scenarios/scenario.h"
 
 namespace lacuna {
@@ -94,9 +95,5 @@ struct LocalState {
 };
 LocalState local_state(const std::vector<double>& time, const std::vector<double>& signal, std::size_t at,
                        std::size_t begin, std::size_t end, double noise);
-
-/// rms of the measuring noise from sixth differences: the median over blocks of the rms that a locally polynomial
-/// motion leaves. Upward biased for coarse sampling, downward for coloured noise, never by a model's misfit.
-double noise_from_differences(const std::vector<double>& time, const std::vector<double>& signal);
 
 }  // namespace lacuna

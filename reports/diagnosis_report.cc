@@ -78,8 +78,7 @@ Html findings_table(const Diagnosis& d) {
                {"held-out share", true}});
   for (const Finding& f : d.findings) {
     std::vector<std::string> parameters, rivals;
-    for (const Estimate& parameter : f.parameters)
-      parameters.push_back(parameter.name + " = " + with_interval(parameter));
+    for (const Estimate& parameter : f.parameters) parameters.push_back(named_value(parameter));
     for (std::size_t i = 0; i < std::min<std::size_t>(f.rivals.size(), 3); ++i) {
       const Rival& r = f.rivals[i];
       rivals.push_back(
@@ -166,14 +165,13 @@ Html findings_section(const Diagnosis& d) {
     out += findings_table(d);
     out += paragraph(
         "Held-out gain: log-likelihood gained on the validate recordings, \u00b1 standard error. Held-out share: "
-        "share of their residual energy removed. The p-value is of the gain on the train recordings, corrected "
-        "for everything that was tried.",
+        "share of their residual energy removed. The p-value is of the gains on the train and the validate recordings "
+        "together, corrected for everything that was tried.",
         "muted small");
     for (std::size_t k = 0; k < d.findings.size(); ++k) out += finding_card(d.findings[k], k + 1);
   }
   if (!d.unexplained.present) return out;
-  std::string open =
-      fmt::format("Unexplained: {} of the held-out residual energy above the noise", percent(d.unexplained.share));
+  std::string open = "Unexplained: " + rest_words(d);
   if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
   return out + element("div",
                        element("h3", text("What stays unexplained")) + paragraph(open + ".") +

@@ -241,6 +241,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"verdict", to_string(diagnosis.verdict)},
       {"findings", findings},
       {"unexplained", unexplained_of(diagnosis.unexplained)},
+      {"worse", diagnosis.worse},
       {"missing_effort", missing},
       {"whiteness", colours},
       {"fit",

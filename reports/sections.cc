@@ -124,12 +124,14 @@ Html parameter_section(const std::vector<Estimate>& estimates, const std::vector
   Table table({{"parameter"}, {"value", true}, {"95 % interval", true}, {"unit"}, {"remarks"}});
   for (const Estimate& e : estimates) {
     Html remarks;
-    if (!e.identifiable) remarks += tag("not determined by the data", "warn");
+    if (!e.identifiable && !e.spans_range) remarks += tag("not determined by the data", "warn");
     if (e.at_bound) remarks += tag("at its bound", "warn");
     if (e.derived) remarks += tag("from the total mass", "");
     const bool stands_out = std::any_of(emphasised.begin(), emphasised.end(),
                                         [&](const std::string& prefix) { return e.name.starts_with(prefix); });
-    table.row({element("code", text(e.name)), text(value_of(e)), text(interval(e)), text(e.unit), remarks}, stands_out);
+    table.row({element("code", text(e.name)), text(value_of(e)), text(e.spans_range ? "" : interval(e)), text(e.unit),
+               remarks},
+              stands_out);
   }
   return table.html();
 }

@@ -11,6 +11,7 @@ namespace lacuna {
 namespace {
 
 constexpr char kDash[] = "\u2013";
+constexpr char kNotDetermined[] = "not determined";
 constexpr double kLeastChance = 1e-12;  ///< below it no model of the noise says by how much
 
 /// Decimals that a half-width supports: one digit of it, two where it starts with 1 or 2.
@@ -66,8 +67,7 @@ std::string finding_words(const Finding& finding) {
 
 std::string parameter_words(const Finding& finding) {
   std::vector<std::string> parts;
-  for (const Estimate& parameter : finding.parameters)
-    parts.push_back(parameter.name + " = " + with_interval(parameter));
+  for (const Estimate& parameter : finding.parameters) parts.push_back(named_value(parameter));
   return list_of(parts);
 }
 
@@ -135,8 +135,7 @@ std::string unknown_sentence(const Diagnosis& d) {
   std::string out = "Something is missing that the catalogue does not explain";
   if (!d.unexplained.where.empty()) out += ", at " + list_of(d.unexplained.where);
   if (!d.unexplained.regions.empty()) out += " (" + list_of(d.unexplained.regions) + ")";
-  if (d.unexplained.share > 0.0)
-    out += fmt::format(": {} of the held-out residual energy above the noise remains", percent(d.unexplained.share));
+  if (d.unexplained.share > 0.0) out += ": " + rest_words(d);
   if (!d.findings.empty()) {
     std::vector<std::string> parts;
     for (const Finding& finding : d.findings)
@@ -164,19 +163,27 @@ std::string quantity(double value, const std::string& unit, int digits) {
   return std::isfinite(value) ? with_unit(number(value, digits), unit) : kDash;
 }
 
-std::string value_of(const Estimate& estimate) { return Digits(estimate)(estimate.value); }
+std::string value_of(const Estimate& estimate) {
+  return estimate.spans_range ? kNotDetermined : Digits(estimate)(estimate.value);
+}
 
 std::string interval(const Estimate& estimate) {
+  if (estimate.spans_range) return kNotDetermined;
   const Digits digits(estimate);
   const bool low = std::isfinite(estimate.lower95), high = std::isfinite(estimate.upper95);
   if (low && high) return digits(estimate.lower95) + " to " + digits(estimate.upper95);
   if (low) return "above " + number(estimate.lower95);
   if (high) return "below " + number(estimate.upper95);
-  return "undetermined";
+  return kNotDetermined;
 }
 
 std::string with_interval(const Estimate& estimate) {
+  if (estimate.spans_range) return kNotDetermined;
   return with_unit(value_of(estimate), estimate.unit) + " (" + interval(estimate) + ")";
+}
+
+std::string named_value(const Estimate& estimate) {
+  return estimate.name + (estimate.spans_range ? ": " : " = ") + with_interval(estimate);
 }
 
 std::string probability(double value) {
@@ -284,13 +291,17 @@ Role judged_role(const FitResult& fit) {
   return Role::train;
 }
 
+std::string rest_words(const Diagnosis& diagnosis) {
+  return percent(diagnosis.unexplained.share) + " of the held-out residual energy " +
+         (diagnosis.findings.empty() ? "is more than noise" : "remains above the noise");
+}
+
 std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosis) {
-  switch (diagnosis.verdict) {
-    case Verdict::consistent: return consistent_sentence(scenario, diagnosis);
-    case Verdict::unknown_physics: return unknown_sentence(diagnosis);
-    case Verdict::missing_physics: break;
-  }
-  return found_sentence(scenario, diagnosis);
+  std::string out = diagnosis.verdict == Verdict::consistent        ? consistent_sentence(scenario, diagnosis)
+                    : diagnosis.verdict == Verdict::unknown_physics ? unknown_sentence(diagnosis)
+                                                                    : found_sentence(scenario, diagnosis);
+  if (!diagnosis.worse.empty()) out += " At " + list_of(diagnosis.worse) + " the test residual grew.";
+  return out;
 }
 
 }  // namespace lacuna

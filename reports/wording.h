@@ -15,7 +15,10 @@ std::string steady(double value, int digits = 3);
 std::string quantity(double value, const std::string& unit, int digits = 4);
 /// As many digits as the 95 % interval supports: "24.7 N m (23.9 to 25.5)"; open ends are said in words.
 std::string with_interval(const Estimate& estimate);
-/// "23.9 to 25.5", "above 23.9", "undetermined".
+/// "Fc = 24.7 N m (23.9 to 25.5)", "Fc: not determined".
+std::string named_value(const Estimate& estimate);
+/// "23.9 to 25.5", "above 23.9", "not determined" (so is the number itself where its interval spans all that was
+/// searched).
 std::string interval(const Estimate& estimate);
 /// The value alone, with the interval's digits: "24.7".
 std::string value_of(const Estimate& estimate);
@@ -51,7 +54,11 @@ double over_noise(const JointRms& rms, const JointRms& noise);
 /// The role that a claim about improvement rests on: test, else validate, else train.
 Role judged_role(const FitResult& fit);
 
-/// What was found, in one plain sentence.
+/// How much is left: "34 % of the held-out residual energy remains above the noise", or where nothing was found, and so
+/// nothing removed, "... is more than noise".
+std::string rest_words(const Diagnosis& diagnosis);
+
+/// What was found, in one plain sentence; a second one names the joints that got worse.
 std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosis);
 
 }  // namespace lacuna

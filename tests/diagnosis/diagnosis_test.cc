@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "diagnosis/anew.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/exchange.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
+#include "diagnosis/verify.h"
 #include "tests/diagnosis/noise.h"
 #include "tests/ga/plant_problems.h"
 
@@ -101,6 +103,20 @@ TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
   EXPECT_NEAR(d.findings[0].parameters.front().value, 0.005, 0.0005);
   // On one pendulum an inertia, another gravity and a spring that hardens are one class.
   EXPECT_EQ(std::count(d.findings[1].members.begin(), d.findings[1].members.end(), "armature"), 1);
+}
+
+TEST(Diagnosis, JudgesEveryFindingBesideTheOthers) {
+  const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise,
+                                                {effect("valve_deadband", "swing", {{"d", kDeadband}}),
+                                                 effect("valve_asymmetry", "swing", {{"a", 0.2}})},
+                                                10.0, available_engines().back()),
+                               small());
+  ASSERT_EQ(d.findings.size(), 2u);
+  for (const Finding& f : d.findings) {
+    // Each is all that is missing without it: in the round that found it, the first left much to the second.
+    EXPECT_GT(f.heldout_share, 0.97) << f.effect;
+    EXPECT_GT(f.probability, 0.9) << f.effect;
+  }
 }
 
 TEST(Diagnosis, StaysSilentWhereNothingIsMissing) {
@@ -210,6 +226,8 @@ struct Pruned {
   }
   std::vector<std::string> again() { return prune(*plain, *both, findings, experiment, on("featherstone", 0.005), {}); }
 
+  void judge() { judge_anew(*plain, *both, findings, experiment, on("featherstone", 0.005), {}, 10, 1); }
+
   PlantModel model;
   Experiment experiment;
   SearchSpace space;
@@ -225,6 +243,26 @@ TEST(Prune, TakesOutWhatTheOtherFindingsMakeNeedlessAndNothingElse) {
   ASSERT_EQ(two.both->model.effects().size(), 1u);
   EXPECT_NEAR(two.both->space.expand(two.both->fit.point).back(), kDeadband, 0.02 * kDeadband);
   EXPECT_TRUE(two.again().empty()) << "the last one stays";
+}
+
+TEST(JudgeAnew, SaysOfEachWhatItIsWorthBesideTheOthersAndAmongRivalsThatAreNoFindings) {
+  Pruned two(concealed_deadband(), "quadratic_damping", {0.01, kDeadband});
+  Finding &damping = two.findings[0], &deadband = two.findings[1];
+  // As if each had been found alone: the damping for the whole, in one class with the deadband.
+  damping.probability = 0.99, damping.p_value = 1e-9, damping.heldout_gain = 500.0, damping.heldout_share = 0.6;
+  damping.members = {"quadratic_damping", "valve_deadband"};
+  damping.rivals = {{"valve_deadband", "swing", 0.01, {}, {kDeadband}, {}}};
+  deadband.probability = 0.1, deadband.p_value = 0.5, deadband.heldout_gain = 0.0;
+  deadband.rivals = {{"coulomb_friction", "swing", 0.9, {{"v0", 0.0}}, {0.1}, {}}};
+  two.judge();
+  EXPECT_EQ(damping.p_value, 1.0);
+  EXPECT_LT(std::fabs(damping.heldout_gain), 10.0);
+  EXPECT_EQ(damping.members, std::vector<std::string>{"quadratic_damping"});
+  EXPECT_TRUE(damping.rivals.empty()) << "the deadband is a finding of its own";
+  EXPECT_GT(deadband.probability, 0.99);
+  EXPECT_LT(deadband.p_value, 1e-6);
+  EXPECT_GT(deadband.heldout_gain, 100.0);
+  EXPECT_GT(deadband.heldout_share, 0.9);
 }
 
 TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
@@ -338,9 +376,10 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
                               {"input_delay", "swing", 0.0, {}, {0.01}, {}}};
   wrong.findings[1].rivals = {{"coulomb_friction", "swing", 0.0, {{"v0", 0.0}}, {0.1}, {}}};
   const auto look = [](Pruned& p) {
-    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {}, 10, 1);
+    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {});
   };
   ASSERT_EQ(look(wrong).size(), 1u);
+  wrong.judge();
   EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");
   EXPECT_EQ(wrong.findings[1].effect, "valve_deadband");
   EXPECT_GT(wrong.findings[0].probability, 0.99);
@@ -351,6 +390,55 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
   const std::vector<double> values = wrong.both->space.expand(wrong.both->fit.point);
   EXPECT_NEAR(values[values.size() - 2], 0.2, 0.02) << "the asymmetry";
   EXPECT_TRUE(look(wrong).empty()) << "now all is right";
+}
+
+TEST(Verify, NamesEachJointWhoseResidualGrewByMoreThanNoiseDoes) {
+  const JointRms before{{"a", 1.0}, {"a.velocity", 1.0}, {"b", 1.0}, {"c", 1.0}, {"a2", 1.0}};
+  const JointRms after{{"a", 0.5}, {"a.velocity", 1.1}, {"b", 1.015}, {"c", 1.03}, {"a2", std::nan("")}};
+  EXPECT_EQ(joints_that_grew(before, after, {"a", "b", "c", "a2"}), (std::vector<std::string>{"a", "c"}));
+  EXPECT_TRUE(joints_that_grew(before, before, {"a", "b", "c"}).empty());
+  EXPECT_TRUE(joints_that_grew({}, after, {"a"}).empty());
+}
+
+TEST(Diagnosis, NamesEveryJointUnderNoiseEvenWhereItIsUnknown) {
+  Scenario scenario = concealed_deadband();
+  scenario.prediction = InverseDynamics{4.0};
+  const Diagnosis d = diagnose(scenario, small());
+  ASSERT_EQ(d.noise.size(), 1u);
+  EXPECT_EQ(d.noise[0].first, "swing");
+}
+
+TEST(DiagnosedScenario, SearchesTheSameSpaceAgain) {
+  Scenario scenario = concealed_deadband();
+  // Names as a user mixes them: a kind, a full name that refines it, absolute bounds.
+  scenario.identify = {{"gain", true, 0.2, 5.0, "test"},
+                       {"damping", true, 0.5, 2.0, "test"},
+                       {"swing.damping", true, 0.2, 5.0, "test"},
+                       {"mass", true, 0.9, 1.1, "test"},
+                       {"stiffness", false, 1.0, 25.0, "test"}};
+  const PlantModel plain(scenario);
+  const SearchSpace space(plain, scenario);
+  Diagnosis d;
+  d.findings = {Finding{}};
+  d.findings[0].effect = "valve_deadband", d.findings[0].place = "swing";
+  d.after.values = plain.values();
+  for (double& value : d.after.values) value *= 1.05;
+  d.after.values.push_back(kDeadband);
+  const Scenario found = diagnosed_scenario(scenario, d);
+  const PlantModel model(found);
+  const SearchSpace again(model, found);
+  ASSERT_EQ(again.size(), space.size());
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    const Axis &was = space.axes()[a], &is = again.axes()[a];
+    EXPECT_EQ(model.parameters()[static_cast<std::size_t>(is.parameter)].name,
+              plain.parameters()[static_cast<std::size_t>(was.parameter)].name);
+    EXPECT_DOUBLE_EQ(is.lower, was.lower);
+    EXPECT_DOUBLE_EQ(is.upper, was.upper);
+  }
+  // At a wall, too, the diagnosed scenario loads.
+  d.after.values[static_cast<std::size_t>(plain.find("swing.gain"))] =
+      std::exp(std::log(5.0 * kStart.gain)) * (1 + 1e-15);
+  EXPECT_NO_THROW(SearchSpace(PlantModel(diagnosed_scenario(scenario, d)), diagnosed_scenario(scenario, d)));
 }
 
 TEST(DiagnosedScenario, RunsAsItIsAndPredictsWhatTheDiagnosisDid) {

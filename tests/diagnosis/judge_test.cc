@@ -5,6 +5,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/coarse.h"
+#include "diagnosis/ranking.h"
 #include "diagnosis/worth.h"
 #include "tests/ga/plant_problems.h"
 
@@ -170,6 +171,34 @@ TEST(Judge, AsksForAShareOfWhatTheJointMissesNotOfWhatTheMachineDoes) {
     }
     EXPECT_EQ(lower, 1);
   }
+}
+
+TEST(Judge, ACandidateThatIsReidentifiedLateIsRankedByWhatItIsWorthThen) {
+  // Either of two joints' deadbands can be what is missing.
+  const Concealed c(0.005, two_joints(0.5));
+  Judge judge = c.judge();
+  std::vector<Tried> ends, starts;
+  for (ScreenedEffect& effect : c.screened()) {
+    if (effect.spec.effect != "valve_deadband") continue;
+    starts.push_back(judge.weigh(std::move(effect)));
+    ends.push_back(starts.back());
+    ASSERT_TRUE(judge.refit(ends.back()));
+    ASSERT_EQ(judge.objection(ends.back()), "");
+  }
+  ASSERT_EQ(ends.size(), 2u);
+  const auto worth = [](const Tried& t) { return t.train.log_likelihood + t.heldout.gain; };
+  const std::size_t best = worth(ends[0]) > worth(ends[1]) ? 0 : 1;
+  // As if screening had promised of the other what no fit keeps.
+  Tried promised = starts[1 - best];
+  promised.train.log_likelihood *= 100.0;
+  for (Gain::Channel& channel : promised.train.channels) channel.log_ratio *= 100.0;
+  std::vector<Tried> tried{ends[best], promised};
+  sort_by_evidence(tried, 0.0);
+  ASSERT_FALSE(tried.front().refitted);
+  const std::optional<std::size_t> found = strongest_that_can(judge, tried, 0.0);
+  ASSERT_EQ(found, std::optional<std::size_t>(0));
+  EXPECT_EQ(tried[0].effect.spec.place, ends[best].effect.spec.place);
+  EXPECT_TRUE(tried[1].refitted);
 }
 
 TEST(Worth, OfAPartThatIsThereAndOfOneThatIsNot) {

@@ -100,6 +100,18 @@ TEST(Separate, LeavesAloneWhatIsNotMerged) {
   EXPECT_FALSE(merged.findings[0].separation);
 }
 
+TEST(Separate, AMemberThatIsAFindingOfItsOwnIsNoRivalAnyMore) {
+  Merged merged;
+  Finding lag;
+  lag.effect = "actuator_lag", lag.place = "swing";
+  lag.members = {"actuator_lag"};
+  merged.findings.push_back(lag);
+  merged.current = extended(*merged.current, merged.experiment, {"actuator_lag", "swing", {}, {}, "test"},
+                            merged.current->fit.point, {kDelay});
+  ASSERT_NO_THROW(merged.look());
+  EXPECT_FALSE(merged.findings[0].separation) << "no other member is left to be told from";
+}
+
 TEST(Separate, SameSeedSameMotionOnAnyNumberOfThreads) {
   Merged one, two;
   one.look();

@@ -313,7 +313,11 @@ TEST(Identifiability, FindsAndNamesTheScaleThatAnglesLeaveOpen) {
   for (const char* name : {"swing.gain", "swing.damping", "swing.stiffness", "rod.mass"}) {
     EXPECT_NE(fit.undetermined[0].find(name), std::string::npos) << fit.undetermined[0];
   }
-  for (const Estimate& e : fit.estimates) EXPECT_FALSE(e.identifiable) << e.name;
+  for (const Estimate& e : fit.estimates) {
+    EXPECT_FALSE(e.identifiable) << e.name;
+    EXPECT_TRUE(e.spans_range) << e.name;
+    EXPECT_GE(e.lower95, 0.0) << e.name << " cannot be negative";
+  }
 }
 
 TEST(Identifiability, OfAKnownMassIsFull) {
@@ -325,10 +329,59 @@ TEST(Identifiability, OfAKnownMassIsFull) {
   EXPECT_TRUE(fit.undetermined.empty());
   for (const Estimate& e : fit.estimates) {
     EXPECT_TRUE(e.identifiable) << e.name;
+    EXPECT_FALSE(e.spans_range) << e.name;
     EXPECT_LT(e.lower95, e.value);
     EXPECT_GT(e.upper95, e.value);
   }
 }
+
+/// A block on a slide (m) and a pendulum (rad) on one base: neither moves the other.
+Scenario two_machines() {
+  const auto robot = Robot::from_urdf_text(R"(<robot name='two'><link name='ground'/>
+  <link name='block'><inertial><mass value='2'/><inertia ixx='0.02' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>
+  <link name='rod'><inertial><origin xyz='0 0 -0.5'/><mass value='1'/><inertia ixx='0.02' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>
+  <joint name='slide' type='prismatic'><parent link='ground'/><child link='block'/><axis xyz='1 0 0'/>
+  <limit lower='-100' upper='100' effort='1e9' velocity='1e9'/></joint>
+  <joint name='swing' type='revolute'><parent link='ground'/><child link='rod'/><axis xyz='0 1 0'/>
+  <limit lower='-100' upper='100' effort='1e9' velocity='1e9'/></joint></robot>)",
+                                           "two");
+  Scenario scenario =
+      bare_scenario(robot,
+                    {actuator("slide", "torque_source", {{"gain", 3.0}, {"damping", 4.0}, {"stiffness", 20.0}}),
+                     actuator("swing", "torque_source", {{"gain", 3.0}, {"damping", 0.8}, {"stiffness", 4.0}})},
+                    false);
+  Scenario truth = scenario;
+  truth.effects = {effect("coulomb_friction", "swing", {{"Fc", 1.0}})};
+  Drive drive = sine_drive(2, 8.0, 0.02, 3.0);
+  for (std::vector<double>& u : drive.u) std::fill_n(u.begin(), 25, 0.0);
+  add_recording(scenario, simulated_recording(truth, drive, {{0.0, 0.0}, {0.0, 0.0}, false},
+                                              available_engines().front(), "run.csv", 1e-5, 3));
+  return scenario;
+}
+
+TEST(Identify, WhatOneJointLeavesWidensNoIntervalOfAnother) {
+  Scenario both = two_machines(), alone = both;
+  for (const char* name : {"slide.gain", "slide.damping", "slide.stiffness"}) {
+    for (Scenario* scenario : {&both, &alone}) scenario->identify.push_back({name, true, 0.2, 5.0, "test"});
+  }
+  for (const char* name : {"swing.gain", "swing.damping", "swing.stiffness"})
+    both.identify.push_back({name, true, 0.2, 5.0, "test"});
+  alone.channels.of[ChannelKind::position].erase("swing");
+  const auto widths = [](const Scenario& scenario) {
+    const PlantModel model(scenario);
+    const Experiment experiment = make_experiment(scenario);
+    IdentifyOptions options;
+    options.optimizer = Optimizer::lsq;
+    const FitResult fit = identify(model, experiment, SearchSpace(model, scenario), options);
+    std::vector<double> out;
+    for (const Estimate& e : fit.estimates) out.push_back(e.upper95 - e.lower95);
+    return out;
+  };
+  const std::vector<double> beside = widths(both), own = widths(alone);
+  ASSERT_EQ(own.size(), 3u);
+  for (std::size_t k = 0; k < own.size(); ++k) EXPECT_NEAR(beside[k], own[k], 0.1 * own[k]) << k;
+}
+
 TEST(Identify, StepsAsShortAsTheValuesFoundNeed) {
   // Guessed with a third of its damping the pendulum is not stiff; as it is, 10 ms is beyond what Kutta's method
   // stands.

@@ -71,6 +71,16 @@ TEST(DiagnosisJson, NumbersThatAreNotFiniteBecomeNull) {
   EXPECT_TRUE(out["candidates"][0][1]["heldout_gain"].is_null());
 }
 
+TEST(DiagnosisJson, ListsJointsThatGotWorseAndNamesThoseOfUnknownNoise) {
+  Diagnosis d = sample::diagnosis();
+  d.worse = {"joint_1"};
+  d.noise = {{"joint_1", sample::kNan}, {"joint_2", 3e-4}};
+  const Json out = Json::parse(to_json(d, sample::context()));
+  EXPECT_EQ(out["worse"], Json({"joint_1"}));
+  ASSERT_TRUE(out["fit"]["noise"].contains("joint_1"));
+  EXPECT_TRUE(out["fit"]["noise"]["joint_1"].is_null());
+}
+
 TEST(DiagnosisJson, EmptyDiagnosisHasEmptyListsAndMaps) {
   const Json out = Json::parse(to_json(Diagnosis{}, Context{}));
   EXPECT_EQ(out["findings"], Json::array());

@@ -58,6 +58,39 @@ TEST(DiagnosisPage, OpensWithTheVerdict) {
   EXPECT_LT(verdict, page.find("<section"));
 }
 
+TEST(DiagnosisPage, SaysWhichRecordingsThePValueIsOf) {
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
+  EXPECT_NE(page.find("The p-value is of the gains on the train and the validate recordings together"),
+            std::string::npos);
+}
+
+TEST(DiagnosisPage, SaysNothingRemainsWhereNothingWasRemoved) {
+  Diagnosis d = sample::diagnosis();
+  d.verdict = Verdict::unknown_physics;
+  d.findings.clear();
+  d.unexplained = {true, {"joint_3"}, {}, {}, 0.43};
+  const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
+  EXPECT_EQ(page.find("remains"), std::string::npos);
+  EXPECT_NE(page.find("43 % of the held-out residual energy is more than noise, at joint_3"), std::string::npos);
+}
+
+TEST(DiagnosisPage, ANumberThatTheRecordingsDoNotDetermineIsNotPrinted) {
+  Diagnosis d = sample::diagnosis();
+  d.findings[0].parameters[0] = {"Fc", "N m", 100.0, 0.0, 1513.0, false, false, false, true};
+  d.after.estimates[0] = {"joint_2.gain", "N m/V", 1313.7, 0.0, 2e4, false, false, false, true};
+  const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
+  EXPECT_EQ(page.find("1513"), std::string::npos);
+  EXPECT_EQ(page.find("1313"), std::string::npos);
+  EXPECT_NE(page.find("Fc: not determined"), std::string::npos) << "in the table and in the headline";
+}
+
+TEST(DiagnosisPage, HeadlineNamesTheJointsThatGotWorse) {
+  Diagnosis d = sample::diagnosis();
+  d.worse = {"joint_1"};
+  const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
+  EXPECT_NE(page.find("1.01 times the noise. At joint_1 the test residual grew."), std::string::npos);
+}
+
 TEST(DiagnosisPage, HasEverySection) {
   const Picture pose{"featherstone", {1, 2, 3}};
   const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), std::span(&pose, 1));

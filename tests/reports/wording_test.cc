@@ -37,7 +37,10 @@ TEST(WithInterval, ShowsTheDigitsThatTheIntervalSupports) {
 
 TEST(WithInterval, OpenEndsAreSaidInWords) {
   EXPECT_EQ(interval(estimate(1.0, 0.5, sample::kInf)), "above 0.5");
-  EXPECT_EQ(interval(estimate(1.0, -sample::kInf, sample::kInf)), "undetermined");
+  EXPECT_EQ(interval(estimate(1.0, -sample::kInf, sample::kInf)), "not determined");
+  Estimate open = estimate(100.0, -1313.0, 1513.0);
+  open.spans_range = true;
+  EXPECT_EQ(with_interval(open), "not determined");
 }
 
 TEST(WithError, RoundsToTheError) {
@@ -94,7 +97,12 @@ TEST(VerdictSentence, UnknownPhysicsSaysWhere) {
   EXPECT_EQ(
       verdict_sentence(Scenario{}, d),
       "Something is missing that the catalogue does not explain, at joint_3 (large positions): 34 % of the held-out "
-      "residual energy above the noise remains.");
+      "residual energy is more than noise.");
+  d.findings = sample::diagnosis().findings;
+  EXPECT_NE(
+      verdict_sentence(Scenario{}, d).find("34 % of the held-out residual energy remains above the noise; beside"),
+      std::string::npos)
+      << verdict_sentence(Scenario{}, d);
 }
 
 TEST(VerdictSentence, WithoutNoiseSpeaksInUnits) {
