@@ -27,7 +27,8 @@ std::vector<Channel> predicted_channels(const PlantModel& model, const Experimen
   if (!inverse(experiment)) return experiment.channels;
   std::vector<Channel> out;
   out.reserve(static_cast<std::size_t>(model.dof()));
-  for (int j = 0; j < model.dof(); ++j) out.push_back({ChannelKind::command, j, "V", std::nan(""), false});
+  for (int j = 0; j < model.dof(); ++j)
+    out.push_back({ChannelKind::command, j, model.command_unit(j), std::nan(""), false});
   return out;
 }
 
