@@ -8,6 +8,7 @@
 #include "cli/command.h"
 #include "cli/table.h"
 #include "physics/catalogue.h"
+#include "physics/units.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
@@ -24,7 +25,7 @@ Json to_json(const std::vector<ParameterInfo>& parameters) {
   Json out = Json::array();
   for (const ParameterInfo& p : parameters)
     out.push_back({{"name", p.name},
-                   {"unit", p.unit},
+                   {"unit", unit_at(p.unit, false, kAnyCommand)},
                    {"meaning", p.meaning},
                    {"neutral", finite(p.neutral)},
                    {"lower", finite(p.lower)},
@@ -58,7 +59,7 @@ Json catalogue_json() {
 std::string parameters_of(const std::vector<ParameterInfo>& parameters) {
   std::string out;
   for (const ParameterInfo& p : parameters)
-    out += fmt::format("{}{} [{}] {}", out.empty() ? "" : "; ", p.name, p.unit, p.meaning);
+    out += fmt::format("{}{} [{}] {}", out.empty() ? "" : "; ", p.name, unit_at(p.unit, false, kAnyCommand), p.meaning);
   return out;
 }
 

@@ -90,12 +90,15 @@ void run(Session& session, const ExciteFlags& flags) {
     }
   }
   write_csv(csv, as_recording(trial.scenario, result.best.commands));
-  std::vector<std::string> joints;
-  for (const Joint& joint : trial.model->robot().joints()) joints.push_back(joint.name);
+  std::vector<std::string> joints, units;
+  for (const Joint& joint : trial.model->robot().joints()) {
+    units.push_back(trial.model->command_unit(static_cast<int>(joints.size())));
+    joints.push_back(joint.name);
+  }
   const Context context = session.context();
   const std::string record = to_json(result, scenario.name, "excitation.csv", context);
   write_file_atomically(folder / "excitation.json", record);
-  write_file_atomically(folder / "report.html", excitation_page(result, scenario.name, joints, context));
+  write_file_atomically(folder / "report.html", excitation_page(result, scenario.name, joints, units, context));
   remove_checkpoint(options.control.checkpoint);
   if (session.json) {
     print(record);
@@ -121,7 +124,7 @@ void add_excite(CLI::App& app, Session& session) {
   command.add_option("--shape", flags->shape, "multisine, staircase or both, one after the other (default: both)");
   command.add_option("--seconds", flags->seconds, "Length (default: 20)")->check(CLI::Range(1.0, 3600.0));
   command.add_option("--hertz", flags->hertz, "Highest frequency (default: 3)")->check(CLI::Range(0.01, 1000.0));
-  command.add_option("--command", flags->command, "Largest command, V (default: the recordings')")
+  command.add_option("--command", flags->command, "Largest command, in its own unit (default: the recordings')")
       ->check(CLI::PositiveNumber);
   command
       .add_option("--reach", flags->reach,

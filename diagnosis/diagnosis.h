@@ -31,7 +31,7 @@ struct Rival {
 
 /// The motion that would tell a finding from the rest of its class.
 struct Separation {
-  CommandTrack commands;  ///< [joint], V; from rest at the recordings' start
+  CommandTrack commands;  ///< [joint], in each command's unit; from rest at the recordings' start
   std::string rival;      ///< the member that is hardest to tell apart by it
   double evidence = 0.0;  ///< log-likelihood to be expected against that one
   double recorded = 0.0;  ///< the same of one more recording like those there are

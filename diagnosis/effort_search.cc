@@ -474,9 +474,7 @@ class EffortSearch {
 
   /// One round; whether the set changed.
   bool improve() {
-    fmt::print(stderr, "look t {:.1f}\n", std::clock()/1e6);
     const Linearised near = linearised(look(true), false);
-    fmt::print(stderr, "looked t {:.1f} parts {}\n", std::clock()/1e6, near.parts().size());
     const Linearised::Set now = near.present();
     const double standing = near.evidence(now);
     std::vector<Move> moves = promising(near, now, standing);
@@ -518,7 +516,7 @@ class EffortSearch {
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
       if (move.in >= 0 && clashes(near, set, move.in)) return;
-      if (!(move.gain > kWorthwhile) || refused_.count(name_of(near, move)) > 0) return;
+      if (!(move.gain > (move.in >= 0 ? kWorthwhile : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
     };
@@ -597,13 +595,34 @@ class EffortSearch {
   bool try_moves(const Linearised& near, const std::vector<Move>& moves) {
     std::optional<Hypothesis> next = changed(change_of(near, moves));
     if (!next) return false;
-    const double odds = log_odds(*next, standing_);
+    const double odds = log_odds(*next, standing_) + heldout_gain(*next, standing_);
     for (const Move& m : moves) fmt::print(stderr, "  {} gain {:.1f}\n", name_of(near, m), m.gain);
     fmt::print(stderr, "try {} moves: odds {:.1f}, {} effects, {} axes, evals {} iterations {} t {:.1f}\n", moves.size(), odds, next->effects.size(), next->model.space.size(), next->model.fit.evaluations, next->model.fit.iterations, std::clock()/1e6);
-    if (!(odds > kWorthwhile)) return false;
+    const bool more = std::any_of(moves.begin(), moves.end(), [](const Move& m) { return m.in >= 0; });
+    if (!(odds > (more ? kWorthwhile : 0.0))) return false;
     standing_ = std::move(*next);
     if (odds < kSettled && !settled_) settle();
     return true;
+  }
+
+  /// Log-likelihood that one fitted set gains over another on the validate recordings, which neither was fitted to. Less
+  /// than nothing counts for a refusal: what is put in must predict them.
+  double heldout_gain(const Hypothesis& one, const Hypothesis& other) const {
+    if (validate_.empty()) return 0.0;
+    const auto rows = [&](const Hypothesis& h) {
+      Problem problem(h.model.model, experiment_, h.model.space, options_.simulator, one.model.weights);
+      Eigen::MatrixXd out = problem.residual(h.model.fit.point, validate_);
+      colour_of(one.model, problem).whiten(out, problem.layout(validate_));
+      return out.squaredNorm();
+    };
+    const double gain = 0.5 * (rows(other) - rows(one));
+    return gain < 0.0 && one.effects.size() >= other.effects.size() ? -HUGE_VAL : gain;
+  }
+  Colour colour_of(const CurrentModel& model, Problem& problem) const {
+    if (settled_) return *settled_;
+    (void)problem;
+    const Surroundings s = unwhitened(standing_.model, model.weights);
+    return Colour(s.train, s.train_blocks, floors(model));
   }
 
   /// From now on every set is weighed with the colour and the weights of this one.
@@ -674,7 +693,8 @@ class EffortSearch {
       int worst = -1;
       double least = 0.0;
       for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
-        const double gain = validate_.empty() ? -1.0 : near.heldout(now) - near.heldout(near.toggled(now, k));
+        double gain = validate_.empty() ? -1.0 : near.heldout(now) - near.heldout(near.toggled(now, k));
+        if (!is_determined(standing_.effects[static_cast<std::size_t>(k)])) gain = std::min(gain, 0.0);
         if (gain <= least) least = gain, worst = k;
       }
       if (worst < 0) return;
@@ -684,10 +704,28 @@ class EffortSearch {
       std::optional<Hypothesis> next = changed(change);
       if (!next) return;
       standing_ = std::move(*next);
-      notes_.push_back(fmt::format("{} at {} explains the train recordings, but does not predict the validate ones: "
-                                   "taken out again",
+      notes_.push_back(fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
+                                   "does not predict the validate ones",
                                    gone.effect, gone.place));
     }
+  }
+
+  /// Whether one of its strengths is off neutral beyond its error.
+  bool is_determined(const EffectSpec& spec) const {
+    const CurrentModel& now = standing_.model;
+    FitResult fit;
+    fit.solution = now.fit;
+    fit.values = now.space.expand(now.fit.point);
+    Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
+    describe_fit(now.model, now.space, problem, train_, fit);
+    for (const std::size_t a : own_axes(now, spec)) {
+      const Axis& axis = now.space.axes()[a];
+      const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+      const auto i = static_cast<Eigen::Index>(a);
+      const double error = std::sqrt(fit.identifiability.covariance(i, i));
+      if (is_strength(*p.info) && std::fabs(now.fit.point[a] - axis.at(p.neutral)) > kDetermined * error) return true;
+    }
+    return false;
   }
 
   void claim(EffortSearchResult& out) {
@@ -717,6 +755,7 @@ class EffortSearch {
       double most = -HUGE_VAL;
       for (int e = 0; e < static_cast<int>(standing_.effects.size()); ++e)
         if (standing_.effects[static_cast<std::size_t>(e)].place == part.spec.place)
+          if (!clashes(near, near.toggled(now, e), static_cast<int>(k)))
           most = std::max(most, near.evidence(near.toggled(near.toggled(now, e), static_cast<int>(k))));
       auto& there = best.emplace(place_of(part.spec), std::make_pair(-HUGE_VAL, k)).first->second;
       if (most - standing > there.first) there = {most - standing, k};
@@ -737,6 +776,7 @@ class EffortSearch {
     for (int r = 0; r < static_cast<int>(near.parts().size()); ++r) {
       const Part& part = near.parts()[static_cast<std::size_t>(r)];
       if (part.present || part.spec.place != spec.place) continue;
+      if (clashes(near, near.toggled(now, k), r)) continue;
       sets.push_back(near.toggled(near.toggled(now, k), r));
       rivals.push_back(r);
     }

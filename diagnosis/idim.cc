@@ -2,7 +2,6 @@
 
 #include <Eigen/QR>
 #include <cmath>
-#include <numbers>
 
 #include "backends/engine.h"
 #include "physics/quantity.h"
@@ -80,11 +79,9 @@ std::vector<Eigen::MatrixXd> columns_of(const PlantModel& model, const Segment& 
   for (int j = 0; j < n; ++j) {
     const std::size_t i = static_cast<std::size_t>(j);
     auto own = out[i].middleCols(n * kOfLink + j * kOfJoint, kOfJoint);
-    const double sharpness = m.v_error[i] > 0.0 ? std::sqrt(2.0 * std::numbers::inv_pi) / m.v_error[i] : HUGE_VAL;
     for (Eigen::Index k = 0; k < samples; ++k) {
-      const double speed = m.v[i][static_cast<std::size_t>(k)];
-      const double direction = speed == 0.0 ? 0.0 : std::tanh(speed * sharpness);
-      own.row(k) << speed, direction, 1.0, m.a[i][static_cast<std::size_t>(k)];
+      const std::size_t at = static_cast<std::size_t>(k);
+      own.row(k) << m.v[i][at], m.direction[i][at], 1.0, m.a[i][at];
     }
   }
   return out;

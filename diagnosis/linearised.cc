@@ -12,7 +12,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kEffectShare = 0.3;         ///< h: of one effect more, before any data
-constexpr int kActiveRounds = 8;             ///< in which numbers are held at the ends of their ranges
+constexpr int kActiveRounds = 40;            ///< in which numbers are held at the ends of their ranges
 constexpr std::uint32_t kBaggingDraws = 83;  ///< of random draws
 
 double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }

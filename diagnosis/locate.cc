@@ -52,7 +52,7 @@ bool possible(const Experiment& free_run) {
   });
 }
 
-/// Missing efforts of all segments, as residuals with unit weights: V.
+/// Missing efforts of all segments, as residuals with unit weights: in units of the commands.
 class Efforts {
  public:
   Efforts(const CurrentModel& model, const Scenario& scenario, const SimulatorOptions& options)
@@ -279,6 +279,7 @@ std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scen
     JointEffort joint = joint_effort(efforts, j, layout, missing, noise);
     if (joint.d.empty() || joint.d.size() != joint.states.t.size()) continue;
     MissingEffort& found = joint.found;
+    found.unit = model.model.command_unit(static_cast<int>(j));
     found.p_value = std::min(1.0, joints * chance_of_energy(joint.ratio, joint.effective));
     found.share = std::max(0.0, joint.ratio - 1.0);
     total += found.share;

@@ -37,21 +37,21 @@ struct FollowsTest {
 struct EffortChange {
   std::string recording;
   double time = 0.0;                 ///< s
-  double before = 0.0, after = 0.0;  ///< V, rms from the change before to it, and from it to the next
+  double before = 0.0, after = 0.0;  ///< rms from the change before to it, and from it to the next
   double p_value = 1.0;
 };
 
 /// One joint's missing effort, in the unit of its command (an effort over the actuator's gain).
 struct MissingEffort {
-  std::string joint;
-  double rms = 0.0, noise = 0.0;      ///< V
+  std::string joint, unit;
+  double rms = 0.0, noise = 0.0;
   double share = 0.0;                 ///< of what stands above the noise at all joints, in units of the noise
   double p_value = 1.0;               ///< of so much from noise alone, corrected for the joints
   std::vector<RegionTest> regions;    ///< beyond chance, largest ratio first
   std::vector<FollowsTest> follows;   ///< beyond chance, strongest first
   std::vector<EffortChange> changes;  ///< in the session's order
   std::string recording;              ///< of the trace:
-  std::vector<double> time, trace;    ///< s, V
+  std::vector<double> time, trace;    ///< s, and the effort
 };
 
 /// Joints at which something may be missing: beyond the noise and at least `kLikely` of it all. Empty: any.

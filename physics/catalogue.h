@@ -53,6 +53,8 @@ struct EffectInfo {
   /// (a valve's offset, an actuator's damping, a shifted centre of mass) are hardly told apart. A scenario may hold it
   /// anywhere.
   bool in_efforts = false;
+  /// The effect that this one is where its numbers agree (beside those told by equal names); null: none.
+  const char* generalises = nullptr;
   bool as_one = false;  ///< its parameters are parts of one departure from neutral: stronger are all of them together
 };
 

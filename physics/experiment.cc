@@ -9,6 +9,7 @@
 
 #include "physics/quantity.h"
 #include "physics/noise.h"
+#include "physics/units.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -33,11 +34,10 @@ std::vector<double> converted(const Recording& data, const ColumnSpec& spec, std
   return out;
 }
 
-constexpr const char* kCommandUnit = "V";  // where a scenario does not say
-std::string unit_of(ChannelKind kind, bool prismatic) {
+std::string unit_of(const Scenario& scenario, ChannelKind kind, const Joint& joint) {
   const Quantity& quantity = quantity_of(kind);
-  const char* unit = prismatic ? quantity.linear_unit : quantity.unit;
-  return *unit == '\0' ? kCommandUnit : unit;
+  const char* unit = joint.prismatic() ? quantity.linear_unit : quantity.unit;
+  return *unit == '\0' ? command_unit(scenario, joint.name) : unit;
 }
 
 bool inverse(const Scenario& scenario) { return std::holds_alternative<InverseDynamics>(scenario.prediction); }
@@ -121,7 +121,7 @@ std::vector<Channel> make_channels(const Scenario& scenario) {
       const Joint& joint = scenario.robot->joints()[static_cast<std::size_t>(j)];
       const std::vector<ChannelKind> kinds = compared_kinds(scenario, joint);
       if (std::find(kinds.begin(), kinds.end(), quantity.kind) == kinds.end()) continue;
-      channels.push_back({quantity.kind, j, unit_of(quantity.kind, joint.prismatic()), std::nan(""), false});
+      channels.push_back({quantity.kind, j, unit_of(scenario, quantity.kind, joint), std::nan(""), false});
       set_stated_noise(scenario, channels.back());
     }
   }

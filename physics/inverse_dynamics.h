@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "physics/experiment.h"
@@ -90,6 +89,7 @@ class InverseDynamicsRun {
 
   /// To sample k, states and memories with it.
   void arrive(std::size_t k) {
+    sample_ = k;
     const T t(segment_.session + motion_.time[k]);
     if (k == 0) {
       read(0);
@@ -149,22 +149,14 @@ class InverseDynamicsRun {
   /// the point at which efforts are measured.
   T needed_effort(int j, bool all_of_it) {
     const std::size_t i = static_cast<std::size_t>(j);
-    const T direction = direction_of(i);
+    const T direction(motion_.direction[i][sample_]);
     const auto behind = [&](const T& effort) {
       const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data(), effort);
-      return tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), sign(v_[i]), u_[i]);
+      return tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), direction, u_[i]);
     };
     // Friction may depend on the very effort that is sought.
     const T needed = plant_.is_loaded(j) ? fixed_point<T>(behind) : behind(T(0.0));
     return all_of_it ? needed + plant_.own_effort(j, now_, q_[i], v_[i], z_.data()) : needed;
-  }
-
-  /// The sign of the speed as far as its noise lets it be known: the mean of sgn over a normal error of rms v_error,
-  /// erf(v / (sqrt 2 v_error)), by tanh (within .02).
-  T direction_of(std::size_t j) const {
-    const double error = motion_.v_error[j];
-    if (!(error > 0.0) || !plant_.has_dry_friction(static_cast<int>(j))) return sign(v_[j]);
-    return tanh(v_[j] * T(std::sqrt(2.0 * std::numbers::inv_pi) / error));
   }
 
   /// Filters and thins. A command that would be needed is the one given and what is missing to it, in its own unit.
@@ -193,6 +185,7 @@ class InverseDynamicsRun {
   std::size_t n_;
   std::vector<T> q_, v_, a_, u_, tau_, z_, m_;
   Instant<T> now_;
+  std::size_t sample_ = 0;
 };
 
 }  // namespace lacuna

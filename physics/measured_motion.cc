@@ -8,8 +8,9 @@
 namespace lacuna {
 namespace {
 
-constexpr double kEven = 0.01;         // of the period
-constexpr std::size_t kFewest = 5;     // samples that a cubic interpolation needs
+constexpr double kEven = 0.01;      // of the period
+constexpr double kAtRest = 3.0;     // standard errors of a speed
+constexpr std::size_t kFewest = 5;  // samples that a cubic interpolation needs
 
 /// Samples that are there.
 struct Present {
@@ -61,6 +62,16 @@ std::vector<double> bend_of(const std::vector<double>& x, double rate) {
   std::vector<double> out(n, 0.0);
   for (std::size_t i = 1; i + 1 < n; ++i) out[i] = rate * rate * (x[i + 1] - 2.0 * x[i] + x[i - 1]);
   if (n > 2) out.front() = out[1], out.back() = out[n - 2];
+  return out;
+}
+
+std::vector<double> directions(const std::vector<double>& v, double error) {
+  std::vector<double> out;
+  double last = 0.0;
+  for (const double speed : v) {
+    if (std::fabs(speed) > kAtRest * error) last = speed > 0.0 ? 1.0 : -1.0;
+    out.push_back(last);
+  }
   return out;
 }
 
@@ -120,6 +131,7 @@ MeasuredMotion measured_motion(const RawMotion& raw, double cutoff_hz) {
   const std::vector<double> nothing(n, 0.0);
   for (std::size_t j = 0; j < joints; ++j) {
     out.q.push_back(nothing), out.v.push_back(nothing), out.a.push_back(nothing), out.v_error.push_back(0.0);
+    out.direction.push_back(nothing);
     if (raw.position[j].empty()) continue;
     const bool rated = j < raw.velocity.size() && !raw.velocity[j].empty();
     out.q[j] = even ? resampled(out.time, raw.position[j], out.time)
@@ -135,6 +147,7 @@ MeasuredMotion measured_motion(const RawMotion& raw, double cutoff_hz) {
       out.a[j] = bend_of(out.q[j], out.rate);
       out.v_error[j] = gain.slope * out.rate * known(raw.position_noise, j);
     }
+    out.direction[j] = directions(out.v[j], out.v_error[j]);
   }
   return out;
 }

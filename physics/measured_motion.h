@@ -24,6 +24,10 @@ struct MeasuredMotion {
   std::vector<double> time;     ///< s, even
   std::vector<std::vector<double>> q, v, a;
   std::vector<double> v_error;  ///< [joint], rms of the speeds' noise after the filter; 0 where unknown
+  /// [joint][sample]: -1, 0, 1, the way in which the joint slides, or slid last before it came to rest: what rests may
+  /// be held by friction either way, most likely still as it was when it stopped. A speed within three times its noise
+  /// is rest; 0 before the first motion.
+  std::vector<std::vector<double>> direction;
 
   std::size_t samples() const { return time.size(); }
 };

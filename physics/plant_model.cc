@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "physics/effects/table.h"
+#include "physics/units.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -21,27 +22,6 @@ std::string names_of_table(const std::vector<Info>& table) {
   std::string text;
   for (const Info& info : table) text += (text.empty() ? "" : ", ") + std::string(info.name);
   return text;
-}
-
-/// Linear units in place of angular ones for a prismatic joint.
-std::string unit_for(const std::string& unit, bool prismatic) {
-  if (!prismatic) return unit;
-  static const std::vector<std::pair<std::string, std::string>> linear = {{"N m/V", "N/V"},
-                                                                          {"N m s/rad", "N s/m"},
-                                                                          {"N m/rad", "N/m"},
-                                                                          {"rad/(s V)", "m/(s V)"},
-                                                                          {"rad/s", "m/s"},
-                                                                          {"rad", "m"},
-                                                                          {"N m", "N"},
-                                                                          {"N m s^2/rad^2", "N s^2/m^2"},
-                                                                          {"N m/rad^3", "N/m^3"},
-                                                                          {"kg m^2", "kg"},
-                                                                          {"N m (s/rad)^p", "N (s/m)^p"},
-                                                                          {"1/rad", "1/m"}};
-  for (const auto& [angular, straight] : linear) {
-    if (unit == angular) return straight;
-  }
-  return unit;
 }
 
 void check_keys(const std::map<std::string, double>& given, const std::vector<EffectParameter>& parameters,
@@ -135,6 +115,7 @@ PlantModel::PlantModel(const Scenario& scenario)
       gravity_(scenario.gravity),
       mass_parameter_(robot_->links().size(), -1),
       actuators_(static_cast<std::size_t>(robot_->dof())) {
+  for (const Joint& joint : robot_->joints()) command_units_.push_back(lacuna::command_unit(scenario, joint.name));
   for (std::size_t i = 0; i < actuators_.size(); ++i) actuators_[i].joint = static_cast<int>(i);
   for (const ActuatorSpec& spec : scenario.actuators) add_actuator(spec);
   for (std::size_t i = 0; i < robot_->links().size(); ++i) {
@@ -168,8 +149,8 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
   component = {type, joint, static_cast<int>(parameters_.size()), static_cast<int>(parameters.size()), {}};
   for (const EffectParameter& p : parameters) {
     const double value = checked(p, spec.parameters, spec.where, spec.model);
-    parameters_.push_back({spec.joint + "." + p.key, unit_for(p.info->unit, prismatic), value, value, p.info->lower,
-                           p.info->upper, p.info, p.key, joint});
+    parameters_.push_back({spec.joint + "." + p.key, unit_at(p.info->unit, prismatic, command_unit(joint)), value,
+                           value, p.info->lower, p.info->upper, p.info, p.key, joint});
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
 }
@@ -195,9 +176,10 @@ void PlantModel::add_effect(const EffectSpec& spec) {
                       static_cast<int>(parameters.size()), spec.recordings});
   for (const EffectParameter& p : parameters) {
     const bool prismatic = p.joint >= 0 && robot_->joints()[static_cast<std::size_t>(p.joint)].prismatic();
+    const std::string command = p.joint >= 0 ? command_unit(p.joint) : kAnyCommand;
     const double value = checked(p, spec.parameters, spec.where, spec.effect);
-    parameters_.push_back({spec.place + "." + spec.effect + "." + p.key, unit_for(p.info->unit, prismatic), value,
-                           p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
+    parameters_.push_back({spec.place + "." + spec.effect + "." + p.key, unit_at(p.info->unit, prismatic, command),
+                           value, p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
   if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);

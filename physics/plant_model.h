@@ -60,6 +60,8 @@ class PlantModel {
   /// What the engines simulate: the robot, or where an effect sets it on springs, with two joints under its base that
   /// turn it about x and y; they come first.
   const std::shared_ptr<const Robot>& moving_robot() const { return moving_robot_; }
+  /// Of joint j's command (units.h).
+  const std::string& command_unit(int j) const { return command_units_[static_cast<std::size_t>(j)]; }
   bool on_springs() const { return moving_robot_ != robot_; }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
@@ -95,6 +97,7 @@ class PlantModel {
 
   std::shared_ptr<const Robot> robot_, moving_robot_;
   Eigen::Vector3d gravity_;
+  std::vector<std::string> command_units_;
   std::vector<Parameter> parameters_;
   std::vector<int> mass_parameter_;  ///< per link: its parameter, or -1
   std::vector<Component> actuators_, effects_;

@@ -17,7 +17,8 @@ std::vector<Design> designs_of(const DesignResult& result) {
   return out;
 }
 
-Html command_section(const DesignResult& result, const std::vector<std::string>& joints) {
+Html command_section(const DesignResult& result, const std::vector<std::string>& joints,
+                     const std::vector<std::string>& units) {
   Html out;
   for (std::size_t j = 0; j < result.best.commands.value.size(); ++j) {
     if (!(result.best.peak_command[j] > 0.0)) continue;
@@ -27,7 +28,7 @@ Html command_section(const DesignResult& result, const std::vector<std::string>&
     plot.x_label = "time";
     plot.x_unit = "s";
     plot.y_label = "command";
-    plot.y_unit = "V";
+    plot.y_unit = units[j];
     plot.curves = {{"step", result.step.commands.time, result.step.commands.value[j], Ink::before, 1.2, true},
                    {"designed", result.best.commands.time, result.best.commands.value[j], Ink::after, 1.6}};
     out += element("figure", element("h3", text(joints[j])) + to_svg(plot));
@@ -35,16 +36,17 @@ Html command_section(const DesignResult& result, const std::vector<std::string>&
   return out;
 }
 
-Html motion_section(const DesignResult& result, const std::vector<std::string>& joints) {
+Html motion_section(const DesignResult& result, const std::vector<std::string>& joints,
+                    const std::vector<std::string>& units) {
   Table table({{"motion"},
                {"joint"},
-               {"peak command, V", true},
+               {"peak command", true},
                {"lowest, rad or m", true},
                {"highest", true},
                {"fastest, 1/s", true}});
   for (const Design& d : designs_of(result)) {
     for (std::size_t j = 0; j < joints.size(); ++j)
-      table.row({text(d.name), element("code", text(joints[j])), text(number(d.peak_command[j], 3)),
+      table.row({text(d.name), element("code", text(joints[j])), text(quantity(d.peak_command[j], units[j], 3)),
                  text(number(d.lowest[j], 3)), text(number(d.highest[j], 3)), text(number(d.peak_speed[j], 3))});
   }
   return table.html();
@@ -65,7 +67,8 @@ Html information_section(const DesignResult& result) {
 }  // namespace
 
 std::string excitation_page(const DesignResult& result, const std::string& scenario,
-                            const std::vector<std::string>& joints, const Context& context) {
+                            const std::vector<std::string>& joints, const std::vector<std::string>& units,
+                            const Context& context) {
   Page page(scenario, "Lacuna excitation");
   const double gain = result.best.log_det - result.step.log_det;
   page.lead(
@@ -75,12 +78,12 @@ std::string excitation_page(const DesignResult& result, const std::string& scena
                   number(std::exp(0.5 * gain / result.best.excitation.parameters), 3)),
       gain > 0.0 ? "good" : "open");
   page.tile("Motions looked at", std::to_string(result.evaluations));
-  page.section("Commands", command_section(result, joints));
+  page.section("Commands", command_section(result, joints, units));
   page.section("Information", information_section(result));
   std::vector<Excitation> excitations;
   for (const Design& d : designs_of(result)) excitations.push_back(d.excitation);
   page.section("Expected standard errors", excitation_section(excitations));
-  page.section("Motion", motion_section(result, joints));
+  page.section("Motion", motion_section(result, joints, units));
   page.section("Context", context_section(context));
   return page.str();
 }

@@ -115,7 +115,7 @@ Json json_of(const MissingEffort& m) {
                        {"before", c.before},
                        {"after", c.after},
                        {"p_value", c.p_value}});
-  return {{"joint", m.joint},     {"rms", m.rms},       {"noise", m.noise},   {"unit", "V"},       {"share", m.share},
+  return {{"joint", m.joint},     {"rms", m.rms},       {"noise", m.noise},   {"unit", m.unit},    {"share", m.share},
           {"p_value", m.p_value}, {"regions", regions}, {"follows", follows}, {"changes", changes}};
 }
 

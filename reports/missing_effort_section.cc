@@ -29,8 +29,8 @@ std::string follows_words(const MissingEffort& m) {
 std::string change_words(const MissingEffort& m) {
   std::vector<std::string> out;
   for (const EffortChange& c : std::span(m.changes).first(std::min(kMostShown, m.changes.size())))
-    out.push_back(fmt::format("{} of {}: {} to {} V", quantity(c.time, "s", 3), c.recording, number(c.before, 2),
-                              number(c.after, 2)));
+    out.push_back(fmt::format("{} of {}: {} to {}", quantity(c.time, "s", 3), c.recording, number(c.before, 2),
+                              quantity(c.after, m.unit, 2)));
   if (m.changes.size() > kMostShown) out.push_back(fmt::format("{} more", m.changes.size() - kMostShown));
   return list_of(out);
 }
@@ -67,7 +67,7 @@ Html course(const MissingEffort& m) {
   plot.x_label = "time in " + m.recording;
   plot.x_unit = "s";
   plot.y_label = "missing effort";
-  plot.y_unit = "V of command";
+  plot.y_unit = m.unit;
   plot.curves.push_back({"missing effort", m.time, m.trace, Ink::before});
   const auto [x, y] = m.time.empty() ? decltype(steps(m)){} : steps(m);
   if (!x.empty()) plot.curves.push_back({"its rms between changes", x, y, Ink::after, 1.4, true});
@@ -82,16 +82,17 @@ Html course(const MissingEffort& m) {
 Html missing_effort_section(std::span<const MissingEffort> missing) {
   if (missing.empty()) return {};
   Table table({{"joint"},
-               {"missing effort (V)", true},
-               {"noise (V)", true},
+               {"missing effort", true},
+               {"noise", true},
                {"share", true},
                {"chance", true},
                {"larger"},
                {"goes with"},
                {"changes at"}});
   for (const MissingEffort& m : missing)
-    table.row({element("code", text(m.joint)), text(number(m.rms, 3)), text(number(m.noise, 3)), text(percent(m.share)),
-               text(chance_words(m.p_value)), text(region_words(m)), text(follows_words(m)), text(change_words(m))},
+    table.row({element("code", text(m.joint)), text(quantity(m.rms, m.unit, 3)), text(quantity(m.noise, m.unit, 3)),
+               text(percent(m.share)), text(chance_words(m.p_value)), text(region_words(m)), text(follows_words(m)),
+               text(change_words(m))},
               beyond_noise(m) && m.share > 0.1);
   Html out = bars(missing);
   if (beyond_noise(missing.front())) out += course(missing.front());

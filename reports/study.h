@@ -18,8 +18,9 @@ std::string study_page(std::span<const Study> studies, const Context& context);
 /// `excitation.json`, format lacuna-excitation/1. `file`: where the commands were written.
 std::string to_json(const DesignResult& result, const std::string& scenario, const std::string& file,
                     const Context& context);
-/// `report.html` beside it. `joints`: the plant's.
+/// `report.html` beside it. `joints`: the plant's, with the `units` of their commands.
 std::string excitation_page(const DesignResult& result, const std::string& scenario,
-                            const std::vector<std::string>& joints, const Context& context);
+                            const std::vector<std::string>& joints, const std::vector<std::string>& units,
+                            const Context& context);
 
 }  // namespace lacuna

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "physics/catalogue.h"
+#include "physics/units.h"
 
 namespace lacuna {
 namespace {
@@ -246,7 +247,8 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
   const std::size_t dot = entry.rfind('.');
   const std::string kind = dot == std::string::npos ? "" : entry.substr(dot + 1);
   const bool qualified = kind == "velocity" || kind == "effort" || kind == "pressure_a" || kind == "pressure_b";
-  if (!qualified && std::holds_alternative<InverseDynamics>(scenario.prediction)) return "command units";
+  if (!qualified && std::holds_alternative<InverseDynamics>(scenario.prediction))
+    return scenario.robot ? command_unit(scenario, entry) : kAnyCommand;
   const std::optional<int> joint =
       scenario.robot ? scenario.robot->find_joint(qualified ? entry.substr(0, dot) : entry) : std::nullopt;
   if (!joint) return {};

@@ -52,6 +52,7 @@ struct ColumnSpec {
   double scale = 1.0;
   double offset = 0.0;
   std::string where;
+  std::string unit = {};  ///< of a command's value, as written; empty: not said. What is measured is SI
 };
 
 enum class ChannelKind { command, position, velocity, effort, motor_position, pressure_a, pressure_b };

@@ -142,17 +142,22 @@ void ScenarioParser::parse_kind(ChannelKind kind, const YamlCursor& section) {
     ColumnSpec spec;
     spec.where = cursor.where();
     if (cursor.is_map()) {
-      cursor.expect_keys({"column", "scale", "offset"});
+      cursor.expect_keys({"column", "scale", "offset", "unit"});
       spec.column = cursor.at("column").text();
       if (const auto scale = cursor.find("scale")) {
         spec.scale = scale->number();
         if (spec.scale == 0.0) scale->fail("a factor that is not 0");
       }
       if (const auto offset = cursor.find("offset")) spec.offset = offset->number();
+      if (const auto unit = cursor.find("unit")) {
+        spec.unit = unit->text();
+        if (kind != ChannelKind::command) unit->fail("a unit of commands only; what is measured is SI");
+        if (spec.unit.empty()) unit->fail("a unit, as V or \"%\"");
+      }
     } else if (cursor.is_scalar()) {
       spec.column = cursor.text();
     } else {
-      cursor.fail("a column name or {column, scale, offset}");
+      cursor.fail("a column name or {column, scale, offset, unit}");
     }
     if (spec.column == out_.channels.time)
       throw InputError(spec.where, "the time column " + quoted(spec.column),

@@ -110,10 +110,11 @@ std::string identify_text(const Scenario& scenario) {
 }
 
 std::string column_text(const ColumnSpec& spec) {
-  if (spec.scale == 1.0 && spec.offset == 0.0) return scalar(spec.column);
+  if (spec.scale == 1.0 && spec.offset == 0.0 && spec.unit.empty()) return scalar(spec.column);
   std::string out = "{column: " + scalar(spec.column);
   if (spec.scale != 1.0) out += ", scale: " + format_number(spec.scale);
   if (spec.offset != 0.0) out += ", offset: " + format_number(spec.offset);
+  if (!spec.unit.empty()) out += ", unit: " + scalar(spec.unit);
   return out + "}";
 }
 

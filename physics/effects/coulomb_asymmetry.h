@@ -22,6 +22,7 @@ struct CoulombAsymmetry {
          {"Fc_down", "N m", 0.0, 0.0, 1e9, "friction effort in negative motion", Scale::effort, {0.04}},
          creep_speed()}};
     info.in_efforts = true;
+    info.generalises = "coulomb_friction";
     return info;
   }
   static constexpr bool directed = true;

@@ -24,9 +24,10 @@ void add(Files& files, const std::string& name, const Robot& robot, const std::s
 }
 
 std::string command_channels(const std::vector<int>& joints) {
-  std::string list;
-  for (const int joint : joints) list += fmt::format("{}joint_{}: u_{}", list.empty() ? "" : ", ", joint, joint);
-  return "channels:\n  time: t                      # s\n  command: {" + list + "}   # V, held between samples\n";
+  std::string out =
+      "channels:\n  time: t                      # s\n  command:                     # held between samples\n";
+  for (const int joint : joints) out += fmt::format("    joint_{}: {{column: u_{}, unit: V}}\n", joint, joint);
+  return out;
 }
 
 /// The seven-function arm under one excitation.
@@ -75,7 +76,8 @@ void add_classics(Files& files) {
       "A stiff spring with little damping at the shoulder, a free elbow: steps at the edge of stability.",
       "actuators:\n  shoulder: {model: torque_source, gain: 1, damping: 20, stiffness: 2e5, rest: 0.5}   # N m/V, N m "
       "s/rad, N m/rad, rad\nmotion: {duration: 2, position: {shoulder: 0.51, elbow: 1.0}}   # s, rad\n");
-  const std::string ramp_channels = "channels:\n  time: t                      # s\n  command: {swing: u_1}   # V\n";
+  const std::string ramp_channels =
+      "channels:\n  time: t                      # s\n  command: {swing: {column: u_1, unit: V}}\n";
   add(files, "stick_slip", *pendulum(),
       "A rod pulled by a soft spring whose end moves slowly, against friction that is larger at rest: it sticks and "
       "slips.",

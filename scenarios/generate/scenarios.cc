@@ -35,6 +35,13 @@ std::string head(const std::string& name, const std::string& robot) {
                      robot);
 }
 
+/// Commands, in volts.
+std::string command_columns(int from, int to) {
+  std::string out = "  command:                     # held between samples\n";
+  for (int i = from; i <= to; ++i) out += fmt::format("    joint_{}: {{column: u_{}, unit: V}}\n", i, i);
+  return out;
+}
+
 std::string columns(const char* kind, const char* prefix, int from, int to, const char* comment) {
   std::string list;
   for (int i = from; i <= to; ++i) list += fmt::format("{}joint_{}: {}_{}", i == from ? "" : ", ", i, prefix, i);
@@ -59,7 +66,7 @@ const char* const kBrakes =
 std::string joint_2_actuator(const Source& source) { return actuators({source}, 2) + kBrakes; }
 
 std::string joint_2_channels() {
-  return "channels:\n  time: t                      # s\n" + columns("command", "u", 2, 2, "V, held between samples") +
+  return "channels:\n  time: t                      # s\n" + command_columns(2, 2) +
          columns("position", "q", 2, 2, "rad");
 }
 
@@ -95,7 +102,7 @@ const char* const kIdentifyAll =
     "  mass:      {relative_bounds: [0.4, 2.5]}\n";
 
 std::string all_joints_channels() {
-  return "channels:\n  time: t                      # s\n" + columns("command", "u", 1, 7, "V, held between samples") +
+  return "channels:\n  time: t                      # s\n" + command_columns(1, 7) +
          columns("position", "q", 1, 7, "rad; joint_7: m");
 }
 

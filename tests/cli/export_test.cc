@@ -13,7 +13,7 @@ TEST(Export, UrdfReadsBackWithTheMassesSet) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto robot = Robot::from_urdf_text(outcome.out, "export");
   EXPECT_EQ(robot->moving_mass(), 3.5);
-  EXPECT_THAT(outcome.out, HasSubstr("gain = 20 N m/V"));  // told, as the format cannot hold it
+  EXPECT_THAT(outcome.out, HasSubstr("gain = 20 N m/cmd"));  // told, as the format cannot hold it
 }
 
 TEST(Export, MjcfHoldsWhatItCanAndTellsTheRest) {

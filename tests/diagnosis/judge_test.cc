@@ -186,18 +186,18 @@ TEST(Judge, ACandidateThatIsReidentifiedLateIsRankedByWhatItIsWorthThen) {
     ASSERT_EQ(judge.objection(ends.back()), "");
   }
   ASSERT_EQ(ends.size(), 2u);
-  const auto worth = [](const Tried& t) { return t.train.log_likelihood + t.heldout.gain; };
-  const std::size_t best = worth(ends[0]) > worth(ends[1]) ? 0 : 1;
+  sort_by_evidence(ends, 0.0);
+  const Tried& best = ends.front();
   // As if screening had promised of the other what no fit keeps.
-  Tried promised = starts[1 - best];
+  Tried promised = starts[starts[0].effect.spec.place == best.effect.spec.place ? 1 : 0];
   promised.train.log_likelihood *= 100.0;
   for (Gain::Channel& channel : promised.train.channels) channel.log_ratio *= 100.0;
-  std::vector<Tried> tried{ends[best], promised};
+  std::vector<Tried> tried{best, promised};
   sort_by_evidence(tried, 0.0);
   ASSERT_FALSE(tried.front().refitted);
   const std::optional<std::size_t> found = strongest_that_can(judge, tried, 0.0);
   ASSERT_EQ(found, std::optional<std::size_t>(0));
-  EXPECT_EQ(tried[0].effect.spec.place, ends[best].effect.spec.place);
+  EXPECT_EQ(tried[0].effect.spec.place, best.effect.spec.place);
   EXPECT_TRUE(tried[1].refitted);
 }
 

@@ -41,7 +41,7 @@ TEST(PlantModel, NamesEveryParameterWithItsUnitAndValue) {
     ASSERT_GE(index, 0) << name;
     EXPECT_EQ(model.values()[static_cast<std::size_t>(index)], value) << name;
   }
-  EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("swing.gain"))].unit, "N m/V");
+  EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("swing.gain"))].unit, "N m/cmd");
   EXPECT_EQ(model.find("swing.nothing"), -1);
   EXPECT_EQ(model.matching("damping"), std::vector<int>{model.find("swing.damping")});
   EXPECT_EQ(model.matching("mass"), std::vector<int>{model.find("rod.mass")});

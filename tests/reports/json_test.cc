@@ -81,6 +81,11 @@ TEST(DiagnosisJson, ListsJointsThatGotWorseAndNamesThoseOfUnknownNoise) {
   EXPECT_TRUE(out["fit"]["noise"]["joint_1"].is_null());
 }
 
+TEST(DiagnosisJson, CountsMissingEffortInTheCommandsUnit) {
+  const Json out = Json::parse(to_json(sample::diagnosis(), sample::context()));
+  EXPECT_EQ(out["missing_effort"][0]["unit"], "%");
+}
+
 TEST(DiagnosisJson, EmptyDiagnosisHasEmptyListsAndMaps) {
   const Json out = Json::parse(to_json(Diagnosis{}, Context{}));
   EXPECT_EQ(out["findings"], Json::array());

@@ -91,6 +91,14 @@ TEST(DiagnosisPage, HeadlineNamesTheJointsThatGotWorse) {
   EXPECT_NE(page.find("1.01 times the noise. At joint_1 the test residual grew."), std::string::npos);
 }
 
+TEST(DiagnosisPage, CountsMissingEffortInTheCommandsUnit) {
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
+  for (const char* words : {"0.5 %", "train_1.csv: 0.2 to 0.7 %"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  for (const char* volts : {" V<", " V,", "(V)", "V of command"})
+    EXPECT_EQ(page.find(volts), std::string::npos) << volts;
+}
+
 TEST(DiagnosisPage, HasEverySection) {
   const Picture pose{"featherstone", {1, 2, 3}};
   const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), std::span(&pose, 1));

@@ -52,7 +52,7 @@ inline Finding finding() {
 
 inline MissingEffort missing_effort() {
   MissingEffort m;
-  m.joint = "joint_2";
+  m.joint = "joint_2", m.unit = "%";
   m.rms = 0.5, m.noise = 0.01, m.share = 1.0, m.p_value = 1e-40;
   m.regions = {{"near standstill", 3.0, 1e-9}};
   m.follows = {{"the direction of motion", -0.9, 1e-20}};

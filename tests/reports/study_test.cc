@@ -121,7 +121,7 @@ DesignResult designed() {
 }
 
 TEST(ExcitationPage, ShowsCommandsAndEscapes) {
-  const std::string page = excitation_page(designed(), "arm", {"elbow<"}, make_context(1, 1, "lacuna excite"));
+  const std::string page = excitation_page(designed(), "arm", {"elbow<"}, {"%"}, make_context(1, 1, "lacuna excite"));
   EXPECT_THAT(page, Not(HasSubstr("<b>both")));
   EXPECT_THAT(page, Not(HasSubstr("elbow<<")));
   EXPECT_THAT(page, HasSubstr("Expected standard errors"));

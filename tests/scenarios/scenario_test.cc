@@ -41,6 +41,7 @@ TEST(Scenario, LoadsEverySection) {
   EXPECT_EQ(u_b.column, "u_b");
   EXPECT_EQ(u_b.scale, 2.0);
   EXPECT_EQ(u_b.offset, -1.0);
+  EXPECT_EQ(u_b.unit, "%");
   EXPECT_EQ(s.noise.at(ChannelKind::position).at("b"), 0.002);
   ASSERT_EQ(s.recordings.size(), 2u);
   EXPECT_EQ(s.recordings[1].role, Role::test);
@@ -207,6 +208,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "channels.command.b.scale: found \"0\", expected a factor that is not 0"},
         Spoiled{"UnknownColumnKey", "scale: 2", "factor: 2",
                 "channels.command.b.factor: found the unknown key \"factor\""},
+        Spoiled{"UnitOfAMeasuredColumn", "b: q_b}", "b: {column: q_b, unit: deg}}",
+                "channels.position.b.unit: found \"deg\", expected a unit of commands only"},
         Spoiled{"ZeroNoise", "a: 0.001", "a: 0", "noise.position.a: found \"0\", expected a number above 0"},
         Spoiled{"NoiseWithoutChannel", "  position: {a: 0.001, b: 0.002}", "  effort: 1",
                 "noise.effort: found noise of a kind without channels"},
@@ -352,6 +355,7 @@ void expect_same(const Scenario& a, const Scenario& b) {
       EXPECT_EQ(spec.column, other.column);
       EXPECT_EQ(spec.scale, other.scale);
       EXPECT_EQ(spec.offset, other.offset);
+      EXPECT_EQ(spec.unit, other.unit);
     }
   EXPECT_EQ(a.noise, b.noise);
   ASSERT_EQ(a.recordings.size(), b.recordings.size());

@@ -102,7 +102,7 @@ identify:
   a.damping: [1, 4]
 channels:
   time: t
-  command: {a: u_a, b: {column: u_b, scale: 2, offset: -1}}
+  command: {a: u_a, b: {column: u_b, scale: 2, offset: -1, unit: "%"}}
   position: {a: q_a, b: q_b}
 noise:
   position: {a: 0.001, b: 0.002}
