@@ -18,6 +18,8 @@
 namespace lacuna {
 namespace {
 
+constexpr double kColourError = 1e-3;  ///< of one joint called coloured whose rest is white
+
 /// While a rest stays unexplained the model is known to be wrong: what explains the rest may explain the finding as
 /// well.
 void leave_room(Finding& finding, double unknown) {
@@ -36,6 +38,21 @@ void attach_parameters(Diagnosis& out) {
       finding.parameters.back().name = estimate.name.substr(prefix.size());
     }
   }
+}
+
+/// Channels of unknown noise whose rest is anything but white: there colour alone says that something is left.
+std::vector<int> coloured_beyond_noise(const Eigen::VectorXd& rest, std::span<const ResidualBlock> blocks,
+                                       const std::vector<double>& noise, const std::vector<std::string>& said,
+                                       const Experiment& experiment) {
+  std::vector<int> out;
+  const std::vector<Autocorrelation> all = autocorrelations(rest, blocks);
+  for (const Autocorrelation& a : all) {
+    const std::size_t c = static_cast<std::size_t>(a.channel);
+    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(experiment.channels[c].joint)];
+    const bool known = noise[c] > 0.0 || std::find(said.begin(), said.end(), joint) != said.end();
+    if (!known && a.p_value * static_cast<double>(all.size()) < kColourError) out.push_back(a.channel);
+  }
+  return out;
 }
 
 /// Which joints' residual is still beyond the noise on recordings that were not fitted, and how much of it.
@@ -66,13 +83,12 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     for (const Channel& channel : channels) joints.push_back(channel.joint);
     out.unexplained.times = misfits(r1, blocks, noise, joints, experiment);
   }
-  // Without a known noise level (inverse dynamics) a rest shows by its colour alone: white would be nothing left.
-  const bool noise_known = std::any_of(noise.begin(), noise.end(), [](double x) { return x > 0.0; });
-  if (!noise_known && effective_samples(r1, blocks) < 0.2 * static_cast<double>(r1.size())) {
-    for (const Channel& channel : channels)
-      out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
-    out.unexplained.regions.push_back("the rest is not white; its noise level is unknown");
+  for (const int c : coloured_beyond_noise(r1, blocks, noise, out.unexplained.where, experiment)) {
+    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channels[static_cast<std::size_t>(c)].joint)];
+    out.unexplained.where.push_back(joint);
+    out.unexplained.regions.push_back(joint + ": the rest is not white; its noise level is unknown");
   }
+  const bool noise_known = std::any_of(noise.begin(), noise.end(), [](double x) { return x > 0.0; });
   const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
   out.unexplained.share = rest / energy;
   out.unexplained.present = !out.unexplained.where.empty();
@@ -83,7 +99,7 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     for (Finding& finding : out.findings) leave_room(finding, out.unexplained.probability);
   }
   out.verdict = out.findings.empty()
-                    ? (out.unexplained.present && noise_known ? Verdict::unknown_physics : Verdict::consistent)
+                    ? (out.unexplained.present ? Verdict::unknown_physics : Verdict::consistent)
                 : mostly_unknown ? Verdict::unknown_physics
                                  : Verdict::missing_physics;
 }
@@ -202,6 +218,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   }
   record_fit(before, experiment, simulator, out.before);
 
+  out.idim = regress_base_parameters(model, experiment);
   out.missing = missing_efforts(before, scenario, simulator, out.seed);
 
   CurrentModel current = before;

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/idim.h"
 #include "diagnosis/locate.h"
 #include "diagnosis/when.h"
 #include "ga/identify.h"
@@ -126,6 +127,7 @@ struct Diagnosis {
   /// with references that used the whole record. No other figure here depends on it.
   std::vector<Estimate> all_recordings;
   std::vector<std::vector<Candidate>> rounds;
+  std::optional<Idim> idim;  ///< the yardstick, where efforts are compared
   std::vector<EngineGain> engines;
   std::vector<Whiteness> whiteness;
   std::vector<Trace> traces;

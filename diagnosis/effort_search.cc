@@ -236,6 +236,7 @@ class EffortSearch {
       Part part;
       part.spec = standing_.effects[k];
       part.present = true;
+      part.choices = choices_of(part.spec);
       const Rows& without = rows[1 + now.space.size() + k];
       part.train = without.train - out.train, part.validate = without.validate - out.validate;
       for (const std::size_t a : own_axes(now, part.spec)) {
@@ -381,6 +382,7 @@ class EffortSearch {
                  std::vector<std::vector<std::pair<Axis, double>>>& moved) const {
     Part part;
     part.spec = spec;
+    part.choices = choices_of(spec);
     std::vector<double> own, here = whole;
     for (std::size_t a = 0; a < axes.size(); ++a) {
       own.push_back(std::clamp(start[a], axes[a].lower, axes[a].upper));
@@ -401,6 +403,14 @@ class EffortSearch {
     part.start = {own};
     parts.push_back(std::move(part));
     moved.push_back(std::move(steps));
+  }
+
+  /// Sets of train recordings that an effect in some of them could have been in.
+  double choices_of(const EffectSpec& spec) const {
+    if (spec.recordings.empty()) return 1.0;
+    std::set<std::string> files;
+    for (const int s : train_) files.insert(experiment_.segments[static_cast<std::size_t>(s)].file);
+    return std::pow(2.0, static_cast<double>(files.size()));
   }
 
   Axis prior_axis(const PlantModel& model, const Axis& axis, double x) const {
@@ -552,6 +562,7 @@ class EffortSearch {
   }
   static bool overlap(const std::string& one, const std::string& other) {
     const EffectInfo &a = info_of(one), &b = info_of(other);
+    if (a.in_parallel || b.in_parallel) return false;
     if (are_kin(a, b)) return true;
     return std::any_of(effect_table().begin(), effect_table().end(), [&](const EffectInfo& c) {
       return are_kin(a, c) && are_kin(b, c) && c.parameters.size() < std::min(a.parameters.size(), b.parameters.size());
@@ -662,7 +673,9 @@ class EffortSearch {
   /// log prior of the set, up to what all sets share.
   double set_prior(const Hypothesis& h) const {
     const double n = static_cast<double>(places_offered_), k = static_cast<double>(h.effects.size());
-    return k * std::log(0.3) - (std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0));
+    double out = k * std::log(0.3) - (std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0));
+    for (const EffectSpec& spec : h.effects) out -= std::log(choices_of(spec));
+    return out;
   }
 
   void record(const Linearised& near, const std::vector<Move>& moves) {
@@ -694,7 +707,9 @@ class EffortSearch {
       double least = 0.0;
       for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
         double gain = validate_.empty() ? -1.0 : near.heldout(now) - near.heldout(near.toggled(now, k));
-        if (!is_determined(standing_.effects[static_cast<std::size_t>(k)])) gain = std::min(gain, 0.0);
+        // What is as likely without it, and nobody could say how large, is nothing to claim.
+        const bool idle = near.evidence(now) - near.evidence(near.toggled(now, k)) < kWindow;
+        if (idle && !is_determined(standing_.effects[static_cast<std::size_t>(k)])) gain = std::min(gain, 0.0);
         if (gain <= least) least = gain, worst = k;
       }
       if (worst < 0) return;

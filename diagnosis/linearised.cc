@@ -12,6 +12,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kEffectShare = 0.3;         ///< h: of one effect more, before any data
+constexpr double kSingular = 1e-9;           ///< of a unit normal matrix
 constexpr int kActiveRounds = 40;            ///< in which numbers are held at the ends of their ranges
 constexpr std::uint32_t kBaggingDraws = 83;  ///< of random draws
 
@@ -77,7 +78,10 @@ double Linearised::log_prior(const Set& set) const {
     if (set[k]) in.insert(name);
   }
   const double n = static_cast<double>(all.size()), k = static_cast<double>(in.size());
-  return k * std::log(kEffectShare) - log_choose(n, k);
+  double out = k * std::log(kEffectShare) - log_choose(n, k);
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    if (set[i]) out -= std::log(parts_[i].choices);
+  return out;
 }
 
 Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram, double samples) const {
@@ -108,9 +112,13 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
       cost += precision * column.from_center * column.from_center;
       if (precision > 0.0) spread += 2.0 * std::log(column.prior);
     }
-    const Eigen::LLT<Eigen::MatrixXd> llt(A);
+    // Scaled to unit size, so that units do not drown what is little determined.
+    const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd unit = scale.asDiagonal() * A * scale.asDiagonal();
+    unit.diagonal().array() += kSingular;
+    const Eigen::LLT<Eigen::MatrixXd> llt(unit);
     if (llt.info() != Eigen::Success) return out;
-    out.step = -llt.solve(b);
+    out.step = -scale.cwiseProduct(llt.solve(scale.cwiseProduct(b)));
     // Hold what would leave its range at its end.
     Eigen::Index worst = -1;
     double most = 1e-9;
@@ -121,7 +129,8 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
       if (scaled > most) most = scaled, worst = i;
     }
     if (worst < 0) {
-      const double determinant = 2.0 * llt.matrixL().toDenseMatrix().diagonal().array().log().sum();
+      const double determinant =
+          2.0 * (llt.matrixLLT().diagonal().array().log().sum() - scale.array().log().sum());
       out.energy = cost + b.dot(out.step);
       out.evidence = -0.5 * out.energy - 0.5 * (determinant + spread) + log_prior(set);
       out.possible = std::isfinite(out.evidence) && samples > 0.0;

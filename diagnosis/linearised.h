@@ -32,6 +32,7 @@ struct LinearColumn {
 struct Part {
   EffectSpec spec;
   bool present = false;                     ///< in the model that everything is linear about
+  double choices = 1.0;                     ///< alike beforehand, one of which it is (which recordings it acts in)
   int needs = -1;                           ///< the part without which this one says nothing (its effect); -1: none
   Eigen::VectorXd train, validate;          ///< whitened change of the residual when it is toggled
   std::vector<LinearColumn> columns;        ///< of its own numbers

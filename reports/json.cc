@@ -96,6 +96,8 @@ Json json_of(const Finding& finding, std::size_t number) {
     rivals.push_back({{"effect", rival.effect}, {"where", rival.place}, {"probability", rival.probability}});
   Json out{{"effect", finding.effect}, {"where", finding.place},   {"probability", finding.probability},
            {"rivals", rivals},         {"class", finding.members}, {"parameters", json_of(finding.parameters)}};
+  if (const int index = find_effect(finding.effect); index >= 0)
+    out["stage"] = to_string(effect_table()[static_cast<std::size_t>(index)].stage);
   if (!finding.recordings.empty()) out["recordings"] = finding.recordings;
   out["class_probability"] = class_probability(finding);
   out["evidence"] = evidence_of(finding);
@@ -214,6 +216,17 @@ Json unexplained_of(const Unexplained& unexplained) {
           {"share", unexplained.share},     {"probability", unexplained.probability}};
 }
 
+/// Rms by role as in `fit`, and what the regression says of every joint.
+Json idim_of(const std::optional<Idim>& idim) {
+  if (!idim) return nullptr;
+  Json rms = Json::object(), joints = Json::object();
+  for (const auto& [role, values] : idim->rms) rms[to_string(role)] = json_of(values);
+  for (const IdimJoint& j : idim->joints)
+    joints[j.joint] = {{"viscous", j.viscous}, {"coulomb", j.coulomb}, {"offset", j.offset}, {"armature", j.armature}};
+  return {{"rms", rms}, {"test", rms.contains("test") ? rms["test"] : Json(nullptr)}, {"rank", idim->rank},
+          {"columns", idim->columns}, {"joints", joints}};
+}
+
 Json json_of(const Whiteness& w) {
   return {{"where", w.joint},
           {"role", to_string(w.role)},
@@ -242,6 +255,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"findings", findings},
       {"unexplained", unexplained_of(diagnosis.unexplained)},
       {"worse", diagnosis.worse},
+      {"idim", idim_of(diagnosis.idim)},
       {"missing_effort", missing},
       {"whiteness", colours},
       {"fit",

@@ -8,7 +8,7 @@ namespace lacuna {
 /// alone, so the bristles are carried exactly from position to position. Neutral at Fc = 0.
 struct HysteresisFriction {
   static EffectInfo info() {
-    return {"hysteresis_friction",
+    EffectInfo info{"hysteresis_friction",
             "Hysteresis friction",
             Where::joint,
             Stage::link,
@@ -28,6 +28,8 @@ struct HysteresisFriction {
               {0.02},
               Coordinate::linear,
               true}}};
+    info.in_parallel = true;
+    return info;
   }
   static constexpr int memories = 2;  // the bristles' effort, N m; the position it belongs to, rad
   template <class T>

@@ -22,7 +22,7 @@ struct PowerFriction {
         "W. Ostwald 1925 (power law of lubricants); harmonic drives: T. D. Tuttle, W. P. Seering, IEEE Trans. Robotics "
         "Autom. 12 (1996)",
         {{"c", "N m (s/rad)^p", 0.0, 0.0, 1e9, "friction effort at 1 rad/s", Scale::effort, {0.05}},
-         {"p", "1", 0.5, 0.01, 0.99, "power of the speed", Scale::ratio, {0.5}},
+         {"p", "1", 0.5, 0.25, 0.99, "power of the speed; near 0 it would be dry friction", Scale::ratio, {0.5}},
          rounding}};
     info.in_efforts = true;
     return info;
