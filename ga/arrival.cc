@@ -13,12 +13,13 @@ namespace {
 
 constexpr int kDrawn = 4;
 constexpr std::uint32_t kStartStream = 0x57a27;  ///< purpose of the draws
-constexpr double kBeyondNoise = 4.0;             ///< standard deviations of a chi-square over its mean
+constexpr double kBeyondNoise = 2.0;             ///< standard deviations of a chi-square over its mean
+constexpr double kSpread = 0.5;                  ///< of the draws, in standard deviations of the prior
 constexpr double kLeastDamping = 1e-9;           ///< of the look beyond a bound: what is near singular stays
 
 double energy(const LeastSquaresResult& r) { return r.sum_of_squares + r.prior_cost; }
 
-/// A point of the priors, within the bounds.
+/// A point of the priors' inner half, within the bounds: further out lie other robots, whose valleys end elsewhere.
 std::vector<double> drawn_start(const std::vector<Axis>& axes, std::uint64_t seed, int k) {
   RandomStream random(seed, 0, static_cast<std::uint32_t>(k), kStartStream);
   std::vector<double> point;
@@ -26,7 +27,7 @@ std::vector<double> drawn_start(const std::vector<Axis>& axes, std::uint64_t see
     const double range = axis.upper - axis.lower;
     double x = axis.start;
     if (std::isfinite(axis.prior)) {
-      x = axis.center + axis.prior * random.normal();
+      x = axis.center + kSpread * axis.prior * random.normal();
     } else if (std::isfinite(range)) {
       x = axis.lower + range * random.uniform(0.25, 0.75);
     }

@@ -21,6 +21,9 @@ constexpr double kFlat = 0.1;
 /// Chi-square units: a step that lowers the cost by less is below anything that statistics could see.
 constexpr double kLikelihoodShare = 0.05;
 
+/// Steps in a row that gain less than that: where the linear look promises more, it promises what rounding makes of it.
+constexpr int kIdle = 2;
+
 /// The stacked residual, and below it a row for each prior, as one Ceres cost function over one parameter block.
 class ResidualCost final : public ceres::CostFunction {
  public:
@@ -86,6 +89,16 @@ std::vector<double> within_bounds(const SearchSpace& space, std::vector<double> 
   return point;
 }
 
+/// A value over its start value: motion equations are linear in gains, dampings, springs and masses, so the valleys
+/// that data leave open are straight in the values, and curved in their logarithms.
+bool is_ratio(const Axis& axis) { return axis.coordinate == Coordinate::logarithm && std::isfinite(axis.prior); }
+
+/// Where a step along the axis ends: a ratio's value moves linearly as long as it is not halved.
+double moved(const Axis& axis, double x, double step) {
+  if (!is_ratio(axis)) return x + step;
+  return x + (step > -0.5 ? std::log1p(step) : std::log(0.5) + step + 0.5);
+}
+
 /// Levenberg-Marquardt with projection: coordinates at a bound whose descent points outwards are held, the rest step
 /// freely and are cut at their bounds. (Ceres' own bounded search takes several times the simulations here: its line
 /// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after
@@ -111,9 +124,9 @@ class ProjectedDescent {
     }
   }
 
-  /// One step, with as many trials as it takes; false when no more is gained than `tolerance` of the cost.
-  bool iterate(double tolerance) {
-    if (state_ == State::doubtful && !renew()) return false;
+  /// One step, with as many trials as it takes; the share of the cost that it gained.
+  double iterate() {
+    if (state_ == State::doubtful && !renew()) return 0.0;
     const double cost = cost_of(residual_, result_.point);
     for (int tried = 0; tried < kDampings;) {
       const std::vector<std::vector<double>> fan = steps();
@@ -128,16 +141,16 @@ class ProjectedDescent {
       if (best < fan.size()) {
         damping_ = std::max(0.1 * damping_ * std::pow(kCoarser, static_cast<double>(best)), 1e-12);
         accept(fan[best], moved[best]);
-        return cost - least > tolerance * cost;
+        return (cost - least) / cost;
       }
       if (state_ != State::exact) {
-        if (!renew()) return false;
+        if (!renew()) return 0.0;
       } else {
         damping_ *= std::pow(kCoarser, static_cast<double>(fan.size()));
         tried += static_cast<int>(fan.size());
       }
     }
-    return false;
+    return 0.0;
   }
 
   /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
@@ -191,9 +204,14 @@ class ProjectedDescent {
     return -way.dot(2.0 * gradient() + normal_ * way + prior_.cwiseProduct(way));
   }
 
+  /// The step to `next` as the linear look sees it.
   Eigen::VectorXd way_to(const std::vector<double>& next) const {
-    const auto size = static_cast<Eigen::Index>(next.size());
-    return Eigen::VectorXd::Map(next.data(), size) - Eigen::VectorXd::Map(result_.point.data(), size);
+    Eigen::VectorXd way(static_cast<Eigen::Index>(next.size()));
+    for (std::size_t a = 0; a < next.size(); ++a) {
+      const double change = next[a] - result_.point[a];
+      way(static_cast<Eigen::Index>(a)) = is_ratio(axes_[a]) ? std::expm1(change) : change;
+    }
+    return way;
   }
 
   void accept(const std::vector<double>& next, const Eigen::VectorXd& moved) {
@@ -203,8 +221,18 @@ class ProjectedDescent {
     state_ = kept_its_word ? State::updated : State::doubtful;
     const Eigen::VectorXd weighed = normal_.diagonal().cwiseProduct(way);
     if (const double length = weighed.dot(way); length > 0.0) update(moved - expected, weighed / length);
+    transport(next);
     result_.point = next;
     residual_ = moved;
+  }
+
+  /// Sensitivities to relative changes grow with the values.
+  void transport(const std::vector<double>& next) {
+    Eigen::VectorXd growth = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(next.size()));
+    for (std::size_t a = 0; a < next.size(); ++a)
+      if (is_ratio(axes_[a])) growth(static_cast<Eigen::Index>(a)) = std::exp(next[a] - result_.point[a]);
+    jacobian_ = jacobian_ * growth.asDiagonal();
+    normal_ = growth.asDiagonal() * normal_ * growth.asDiagonal();
   }
 
   /// J += a b^T, and J^T J with it.
@@ -234,7 +262,8 @@ class ProjectedDescent {
       damping *= kCoarser;
       for (std::size_t k = 0; k < free.size(); ++k) {
         const std::size_t a = static_cast<std::size_t>(free[k]);
-        next[a] = std::clamp(next[a] + delta(static_cast<Eigen::Index>(k)), axes_[a].lower, axes_[a].upper);
+        next[a] =
+            std::clamp(moved(axes_[a], next[a], delta(static_cast<Eigen::Index>(k))), axes_[a].lower, axes_[a].upper);
       }
     }
     return out;
@@ -256,14 +285,17 @@ void descend(Problem& problem, std::span<const int> segments, const LeastSquares
              LeastSquaresResult& result) {
   ProjectedDescent descent(problem, segments, options, result);
   const Eigen::Index rows = problem.layout(segments).back().first + problem.layout(segments).back().count;
-  const double tolerance = std::max(options.tolerance, kLikelihoodShare / static_cast<double>(rows));
+  const double least = kLikelihoodShare / static_cast<double>(rows), tolerance = std::max(options.tolerance, least);
+  int idle = 0;
   for (result.iterations = 0; !result.converged && result.iterations < options.iterations; ++result.iterations) {
     const RunControl& control = options.control;
     if (control.stop != nullptr && *control.stop) throw Interrupted();
     if (control.progress) {
       control.progress({"least squares", static_cast<double>(result.iterations) / options.iterations, 0.0, 0});
     }
-    result.converged = !descent.iterate(tolerance) && descent.at_the_bottom(tolerance);
+    const double gained = descent.iterate();
+    idle = gained > least ? 0 : idle + 1;
+    result.converged = gained <= tolerance && (descent.at_the_bottom(tolerance) || idle == kIdle);
   }
   descent.at_the_bottom(tolerance);
   result.residual = descent.residual();
