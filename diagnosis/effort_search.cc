@@ -21,7 +21,7 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostRounds = 40;
-constexpr double kWorthwhile = 3.0;    ///< log evidence (20 to 1) that a change must bring
+constexpr double kWorthwhile = 5.0;    ///< log evidence (150 to 1) that a change must bring
 constexpr double kSettled = 100.0;     ///< of a round, under which the colour of what is left is taken for known
 constexpr int kFitIterations = 8;      ///< of a set on its way; to the bottom at the end
 constexpr double kWindow = 8.0;        ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)

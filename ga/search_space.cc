@@ -78,6 +78,7 @@ std::vector<double> share_out(double total, const std::vector<double>& weights, 
 
 SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coordinates coordinates)
     : base_(model.values()), coordinates_(coordinates) {
+  note_orders(model);
   for (const IdentifySpec& spec : scenario.identify) {
     const std::vector<int> found = model.matching(spec.name);
     if (found.empty()) {
@@ -163,6 +164,7 @@ void SearchSpace::add(const PlantModel& model, const Axis& axis) {
     std::copy(base_.begin(), base_.end(), values.begin());
     return values;
   }();
+  note_orders(model);
 }
 
 void SearchSpace::replace(std::vector<Axis> axes) {
@@ -195,6 +197,7 @@ std::vector<double> SearchSpace::expand(std::span<const double> point) const {
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     values[static_cast<std::size_t>(axes_[a].parameter)] = axes_[a].value(point[a]);
   }
+  for (const auto& [higher, lower] : orders_) values[higher] = std::max(values[higher], values[lower]);
   if (!shared_.empty()) expand_masses(point, values);
   if (dependent_ < 0 || !shared_.empty()) return values;
   double others = 0.0;
@@ -206,6 +209,16 @@ std::vector<double> SearchSpace::expand(std::span<const double> point) const {
     for (const std::size_t a : mass_axes_) values[static_cast<std::size_t>(axes_[a].parameter)] = factor * point[a];
   }
   return values;
+}
+
+void SearchSpace::note_orders(const PlantModel& model) {
+  orders_.clear();
+  const auto& all = model.parameters();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].info == nullptr || all[i].info->at_least == nullptr) continue;
+    const std::string other = all[i].name.substr(0, all[i].name.size() - all[i].key.size()) + all[i].info->at_least;
+    if (const int j = model.find(other); j >= 0) orders_.emplace_back(i, static_cast<std::size_t>(j));
+  }
 }
 
 void SearchSpace::expand_masses(std::span<const double> point, std::vector<double>& values) const {

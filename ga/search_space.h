@@ -70,7 +70,8 @@ class SearchSpace {
   Box box(const PlantModel& model) const;
   std::vector<double> start() const;
 
-  /// Full parameter vector of a search point; parameters that are no axis keep their value in the model.
+  /// Full parameter vector of a search point; parameters that are no axis keep their value in the model. One that must
+  /// not lie below another (ParameterInfo::at_least) is raised to it.
   std::vector<double> expand(std::span<const double> point) const;
   /// The search point of a parameter vector.
   std::vector<double> contract(std::span<const double> values) const;
@@ -81,12 +82,14 @@ class SearchSpace {
   const std::vector<SharedMass>& shared_masses() const { return shared_; }
 
  private:
+  void note_orders(const PlantModel& model);
   void constrain_total_mass(const PlantModel& model, const Scenario& scenario);
   void share_total_mass(std::vector<SharedMass> masses, std::size_t heaviest);
   void expand_masses(std::span<const double> point, std::vector<double>& values) const;
 
   std::vector<Axis> axes_;
   std::vector<double> base_;  ///< values of the model
+  std::vector<std::pair<std::size_t, std::size_t>> orders_;  ///< parameters of which the first is at least the second
   int dependent_ = -1;
   double dependent_lower_ = 0.0, dependent_upper_ = 0.0;
   double free_mass_ = 0.0;  ///< kg, what the free masses must sum to
