@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <set>
 
@@ -28,7 +27,7 @@ constexpr double kWindow = 8.0;        ///< log evidence behind the best, beyond
 constexpr double kClassWindow = 3.0;   ///< within which rivals are not told apart: 20 to 1
 constexpr int kDraws = 60;             ///< of block resamples
 constexpr double kBlockMemories = 5.0; ///< correlation times that a block spans at least
-constexpr std::size_t kLeastBlocks = 10;
+constexpr std::size_t kLeastBlocks = 10, kMostBlocks = 40;
 constexpr double kDifference = 1e-3;
 constexpr double kFitTolerance = 1e-6;
 constexpr double kClaimed = 0.5;       ///< probability under which nothing is claimed
@@ -454,8 +453,9 @@ class EffortSearch {
     for (const ResidualBlock& b : s.train_blocks) longest = std::max(longest, b.count), of_segment[b.segment] = b.count;
     for (const auto& [segment, count] : of_segment) total += count;
     const auto wanted = static_cast<Eigen::Index>(std::ceil(kBlockMemories * s.correlation));
+    const Eigen::Index shortest = total / static_cast<Eigen::Index>(kMostBlocks);
     const Eigen::Index length =
-        std::max<Eigen::Index>(1, std::min(wanted, total / static_cast<Eigen::Index>(kLeastBlocks)));
+        std::max({Eigen::Index{1}, shortest, std::min(wanted, total / static_cast<Eigen::Index>(kLeastBlocks))});
     std::vector<int> out(static_cast<std::size_t>(s.train.size()), 0);
     std::map<std::pair<int, Eigen::Index>, int> numbers;
     for (const ResidualBlock& b : s.train_blocks)
@@ -607,8 +607,6 @@ class EffortSearch {
     std::optional<Hypothesis> next = changed(change_of(near, moves));
     if (!next) return false;
     const double odds = log_odds(*next, standing_) + heldout_gain(*next, standing_);
-    for (const Move& m : moves) fmt::print(stderr, "  {} gain {:.1f}\n", name_of(near, m), m.gain);
-    fmt::print(stderr, "try {} moves: odds {:.1f}, {} effects, {} axes, evals {} iterations {} t {:.1f}\n", moves.size(), odds, next->effects.size(), next->model.space.size(), next->model.fit.evaluations, next->model.fit.iterations, std::clock()/1e6);
     const bool more = std::any_of(moves.begin(), moves.end(), [](const Move& m) { return m.in >= 0; });
     if (!(odds > (more ? kWorthwhile : 0.0))) return false;
     standing_ = std::move(*next);

@@ -31,14 +31,11 @@ EngineGain gain_on(const std::string& engine, const CurrentModel& before, const 
   return out;
 }
 
-/// Signals of the first test recording's file: measured, and what both models predict.
-void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
-           const SimulatorOptions& options) {
+/// Signals of the test recordings, file by file: measured, and what both models predict.
+std::vector<std::vector<Trace>> traces(const CurrentModel& before, const CurrentModel& after,
+                                       const Experiment& experiment, const SimulatorOptions& options) {
   std::vector<int> segments = experiment.with_role(Role::test);
   if (segments.empty()) segments = experiment.with_role(Role::validate);
-  if (segments.empty()) return;
-  const std::string file = experiment.segments[static_cast<std::size_t>(segments.front())].file;
-  std::erase_if(segments, [&](int s) { return experiment.segments[static_cast<std::size_t>(s)].file != file; });
   using Predicted = std::vector<std::vector<std::vector<double>>>;
   auto predict = [&](const CurrentModel& current) {
     Predicted all(experiment.segments.size());
@@ -49,26 +46,30 @@ void trace(Diagnosis& out, const CurrentModel& before, const CurrentModel& after
     return all;
   };
   const Predicted a = predict(before), b = predict(after);
-  const std::vector<Channel>& channels = experiment.channels;
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (!is_leading(experiment, c)) continue;
-    Trace t;
-    t.recording = file;
-    t.joint = experiment.joint_names[static_cast<std::size_t>(channels[c].joint)];
-    t.unit = channels[c].unit;
-    for (const int s : segments) {
-      const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
-      const auto& x = a[static_cast<std::size_t>(s)][c];
-      const auto& y = b[static_cast<std::size_t>(s)][c];
-      for (std::size_t k = 0; k < x.size(); ++k) {
+  std::vector<std::vector<Trace>> out;
+  std::vector<std::string> files;
+  for (const int s : segments) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const auto known = std::find(files.begin(), files.end(), segment.file);
+    const auto at = static_cast<std::size_t>(known - files.begin());
+    if (known == files.end()) files.push_back(segment.file), out.emplace_back();
+    std::size_t drawn = 0;
+    for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
+      if (!is_leading(experiment, c)) continue;
+      const Channel& channel = experiment.channels[c];
+      if (drawn == out[at].size())
+        out[at].push_back({segment.file, experiment.joint_names[static_cast<std::size_t>(channel.joint)], channel.unit,
+                           {}, {}, {}, {}});
+      Trace& t = out[at][drawn++];
+      for (std::size_t k = 0; k < segment.measured[c].size(); ++k) {
         t.time.push_back(segment.compared_time(k));
         t.measured.push_back(segment.measured[c][k]);
-        t.before.push_back(x[k]);
-        t.after.push_back(y[k]);
+        t.before.push_back(a[static_cast<std::size_t>(s)][c][k]);
+        t.after.push_back(b[static_cast<std::size_t>(s)][c][k]);
       }
     }
-    out.traces.push_back(std::move(t));
   }
+  return out;
 }
 
 std::vector<Whiteness> whiteness(const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
@@ -118,7 +119,8 @@ std::vector<std::string> joints_that_grew(const JointRms& before, const JointRms
 
 void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
             const SimulatorOptions& options, bool other_engines) {
-  trace(out, before, after, experiment, options);
+  out.predictions = traces(before, after, experiment, options);
+  if (!out.predictions.empty()) out.traces = out.predictions.front();
   out.whiteness = whiteness(before, after, experiment, options);
   out.worse = joints_that_grew(test_rms(out.before), test_rms(out.after), experiment.joint_names);
   if (experiment.with_role(Role::test).empty()) return;

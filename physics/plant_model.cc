@@ -155,6 +155,23 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
 }
 
+/// How often the effect stands at its place already, each time in other recordings; an error otherwise.
+int PlantModel::count_apart(const EffectSpec& spec) const {
+  int out = 0;
+  for (const Component& c : effects_) {
+    if (effect_table()[static_cast<std::size_t>(c.type)].name != spec.effect || place_name(c) != spec.place) continue;
+    ++out;
+    const bool apart = !c.recordings.empty() && !spec.recordings.empty() &&
+                       std::none_of(c.recordings.begin(), c.recordings.end(), [&](const std::string& file) {
+                         return std::find(spec.recordings.begin(), spec.recordings.end(), file) != spec.recordings.end();
+                       });
+    if (!apart)
+      throw InputError(spec.where, spec.effect + " at " + spec.place + " twice",
+                       "each effect once at a place, or in different recordings");
+  }
+  return out;
+}
+
 void PlantModel::add_effect(const EffectSpec& spec) {
   const int type = find_effect(spec.effect);
   if (type < 0) {
@@ -166,9 +183,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   if (!fits) {
     throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
   }
-  if (find_effect_at(spec.effect, spec.place) >= 0) {
-    throw InputError(spec.where, spec.effect + " at " + spec.place + " twice", "each effect once at a place");
-  }
+  const int others = count_apart(spec);
   const std::vector<EffectParameter> parameters =
       effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint);
   check_keys(spec.parameters, parameters, spec.where, spec.effect);
@@ -178,7 +193,8 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     const bool prismatic = p.joint >= 0 && robot_->joints()[static_cast<std::size_t>(p.joint)].prismatic();
     const std::string command = p.joint >= 0 ? command_unit(p.joint) : kAnyCommand;
     const double value = checked(p, spec.parameters, spec.where, spec.effect);
-    parameters_.push_back({spec.place + "." + spec.effect + "." + p.key, unit_at(p.info->unit, prismatic, command),
+    const std::string again = others > 0 ? fmt::format("#{}", others + 1) : "";
+    parameters_.push_back({spec.place + "." + spec.effect + again + "." + p.key, unit_at(p.info->unit, prismatic, command),
                            value, p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);

@@ -94,6 +94,7 @@ class PlantModel {
  private:
   void add_actuator(const ActuatorSpec& spec);
   void add_effect(const EffectSpec& spec);
+  int count_apart(const EffectSpec& spec) const;
 
   std::shared_ptr<const Robot> robot_, moving_robot_;
   Eigen::Vector3d gravity_;

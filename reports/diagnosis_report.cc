@@ -325,6 +325,52 @@ std::vector<std::string> leading_joints(const Diagnosis& d) {
   return out;
 }
 
+/// One test recording as columns: time, then measured, before and after of each joint; what `fit` gives the rms of.
+Recording as_columns(const std::vector<Trace>& traces) {
+  Recording out;
+  out.names = {"t"};
+  out.columns = {traces.front().time};
+  for (const Trace& t : traces) {
+    for (const auto& [name, column] :
+         {std::pair("measured", &t.measured), std::pair("before", &t.before), std::pair("after", &t.after)}) {
+      out.names.push_back(t.joint + "_" + name);
+      out.columns.push_back(*column);
+    }
+  }
+  return out;
+}
+
+/// The field's regression beside the diagnosed model, joint by joint.
+Html idim_section(const Diagnosis& d) {
+  if (!d.idim) return {};
+  const Role role = judged_role(d.after);
+  Table table({{"joint"},
+               {"diagnosed model", true},
+               {"regression", true},
+               {"viscous", true},
+               {"Coulomb", true},
+               {"offset", true},
+               {"armature", true}});
+  for (const auto& [of, rms] : d.idim->rms) {
+    if (of != role) continue;
+    for (const auto& [joint, value] : rms) {
+      const auto own = std::find_if(d.idim->joints.begin(), d.idim->joints.end(),
+                                    [&, name = joint](const IdimJoint& j) { return j.joint == name; });
+      if (own == d.idim->joints.end()) continue;
+      table.row({element("code", text(joint)), text(steady(entry_of(rms_in(d.after, role), joint))),
+                 text(steady(value)), text(number(own->viscous, 3)), text(number(own->coulomb, 3)),
+                 text(number(own->offset, 3)), text(number(own->armature, 3))});
+    }
+  }
+  return table.html() +
+         paragraph(fmt::format("rms on the {} recordings. The regression (inverse dynamic identification model) has ten "
+                               "numbers for every link, of which the recordings determine {} combinations, and viscous "
+                               "and Coulomb friction, an offset and an armature at every joint; it is linear, knows no "
+                               "other physics and is fitted to the same recordings.",
+                               to_string(role), d.idim->rank),
+                   "muted small");
+}
+
 Html before_after_section(const Diagnosis& d) {
   TraceOptions options;
   options.leading = leading_joints(d);
@@ -352,6 +398,7 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   page.section("Where the plain model fails", missing_effort_section(d.missing));
   page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
+  page.section("Beside the base-parameter regression", idim_section(d));
   page.section("Whiteness of the residuals", whiteness_section(d.whiteness, leading_joints(d), !d.findings.empty()));
   page.section("What was tried", tried_section(d));
   page.section("Parameters", parameter_section(d.after.estimates, prefixes));
@@ -375,6 +422,10 @@ std::vector<std::string> write_diagnosis_report(const std::filesystem::path& fol
     if (!separation) continue;
     written.push_back(separation_file(k + 1));
     write_csv(folder / written.back(), as_recording(scenario, separation->commands));
+  }
+  for (std::size_t k = 0; k < diagnosis.predictions.size(); ++k) {
+    written.push_back(prediction_file(k + 1));
+    write_csv(folder / written.back(), as_columns(diagnosis.predictions[k]));
   }
   write_file_atomically(folder / "diagnosis.json", to_json(diagnosis, context));
   write_file_atomically(folder / "report.html", diagnosis_page(scenario, diagnosis, context, pictures));

@@ -227,6 +227,14 @@ Json idim_of(const std::optional<Idim>& idim) {
           {"columns", idim->columns}, {"joints", joints}};
 }
 
+/// Which file holds what of which test recording.
+Json predictions_of(const Diagnosis& diagnosis) {
+  Json out = Json::array();
+  for (std::size_t k = 0; k < diagnosis.predictions.size(); ++k)
+    out.push_back({{"recording", diagnosis.predictions[k].front().recording}, {"file", prediction_file(k + 1)}});
+  return out;
+}
+
 Json json_of(const Whiteness& w) {
   return {{"where", w.joint},
           {"role", to_string(w.role)},
@@ -237,6 +245,7 @@ Json json_of(const Whiteness& w) {
 
 }  // namespace
 
+std::string prediction_file(std::size_t number) { return fmt::format("predicted_{}.csv", number); }
 std::string separation_file(std::size_t number) { return fmt::format("separating_{}.csv", number); }
 
 std::string to_json(const Diagnosis& diagnosis, const Context& context) {
@@ -266,6 +275,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"engines", gains},
       {"identifiability", identifiability_of(diagnosis.after)},
       {"step", json_of(diagnosis.after.step)},
+      {"predictions", predictions_of(diagnosis)},
       {"notes", diagnosis.notes},
       {"seconds", diagnosis.seconds},
       {"context", json_of(context)}};

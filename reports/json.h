@@ -15,6 +15,8 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context);
 
 /// Name of the file beside diagnosis.json with the commands that would separate the class of finding `number` (from 1).
 std::string separation_file(std::size_t number);
+/// File name of what is measured and predicted of the `number`th test recording: "predicted_1.csv".
+std::string prediction_file(std::size_t number);
 
 /// The context block alone.
 std::string to_json(const Context& context);

@@ -17,6 +17,7 @@ namespace {
 const char* const kScenarioFormat = "lacuna-scenario/1";
 constexpr std::array kKinds{ChannelKind::command,        ChannelKind::position,   ChannelKind::velocity,  ChannelKind::effort,
                             ChannelKind::motor_position, ChannelKind::pressure_a, ChannelKind::pressure_b};
+constexpr double kFirstGuess = 1.0;  // kg, of a load whose mass is not given
 constexpr std::array kRoles{Role::train, Role::validate, Role::test};
 
 double value_of_parameter(const YamlCursor& cursor) {
@@ -57,13 +58,15 @@ void ScenarioParser::parse() {
   section("noise", &ScenarioParser::parse_noise);
   section("recordings", &ScenarioParser::parse_recordings);
   section("effects", &ScenarioParser::parse_effects);
+  section("payloads", &ScenarioParser::parse_payloads);
   section("prediction", &ScenarioParser::parse_prediction);
   section("motion", &ScenarioParser::parse_motion);
+  note_unused();
 }
 
 void ScenarioParser::parse_head() {
   root_.expect_keys({"format", "name", "robot", "gravity", "sample_period", "total_mass", "actuators", "identify",
-                     "channels", "noise", "recordings", "effects", "prediction", "motion"});
+                     "channels", "noise", "recordings", "effects", "payloads", "prediction", "motion"});
   const YamlCursor format = root_.at("format");
   if (format.text() != kScenarioFormat) format.fail(kScenarioFormat);
   out_.name = root_.at("name").text();
@@ -283,6 +286,59 @@ EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
 
 void ScenarioParser::parse_effects(const YamlCursor& section) {
   for (const YamlCursor& entry : section.items()) out_.effects.push_back(parse_effect(entry));
+}
+
+/// Loads carried in some recordings: a payload effect each. One without a mass is free, to be identified.
+void ScenarioParser::parse_payloads(const YamlCursor& section) {
+  for (const YamlCursor& entry : section.items()) {
+    entry.expect_keys({"name", "mass", "place", "recordings"});
+    EffectSpec spec;
+    spec.where = entry.where();
+    spec.effect = "payload";
+    spec.place = "arm";
+    entry.at("name").text();  // for people
+    const std::size_t before =
+        static_cast<std::size_t>(std::count_if(out_.effects.begin(), out_.effects.end(), [](const EffectSpec& e) {
+          return e.effect == "payload";
+        }));
+    const auto mass = entry.find("mass");
+    spec.parameters["m"] = mass ? mass->positive_number() : kFirstGuess;
+    if (const auto place = entry.find("place")) {
+      const auto parts = place->items();
+      if (parts.size() != 3) place->fail("three numbers [x, y, z], m from the tool's origin");
+      const char* const axes[] = {"x", "y", "z"};
+      for (std::size_t i = 0; i < 3; ++i) spec.parameters[axes[i]] = parts[i].number();
+    }
+    for (const YamlCursor& item : entry.at("recordings").items()) {
+      const std::string file = item.text();
+      const bool known = std::any_of(out_.recordings.begin(), out_.recordings.end(),
+                                     [&](const RecordingSpec& recording) { return recording.file == file; });
+      if (!known) item.fail("a file listed under recordings");
+      spec.recordings.push_back(file);
+    }
+    if (!mass) {
+      const std::string again = before > 0 ? fmt::format("#{}", before + 1) : "";
+      out_.identify.push_back({"arm.payload" + again + ".m", false, 0.0, 2.0 * out_.robot->moving_mass(), spec.where});
+    }
+    out_.effects.push_back(std::move(spec));
+  }
+}
+
+/// Nothing given is ignored in silence.
+void ScenarioParser::note_unused() {
+  for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b})
+    if (out_.channels.of.count(kind) > 0)
+      out_.notes.push_back(fmt::format("channels.{}: read and checked, but no model here predicts a pressure yet: it "
+                                       "is not used",
+                                       to_string(kind)));
+  const auto commands = out_.channels.of.find(ChannelKind::command), efforts = out_.channels.of.find(ChannelKind::effort);
+  if (!std::holds_alternative<InverseDynamics>(out_.prediction) || commands == out_.channels.of.end() ||
+      efforts == out_.channels.of.end())
+    return;
+  for (const auto& [joint, unused] : commands->second)
+    if (efforts->second.count(joint) > 0)
+      out_.notes.push_back("channels.command of " + printable(joint, 60) +
+                           ": not used by inverse dynamics, since its effort is measured");
 }
 
 void ScenarioParser::parse_prediction(const YamlCursor& section) {
