@@ -20,17 +20,17 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostRounds = 40;
-constexpr double kWorthwhile = 5.0;    ///< log evidence (150 to 1) that a change must bring
+constexpr double kWorthFitting = 10.0;   ///< log evidence that a change must bring
 constexpr double kSettled = 100.0;     ///< of a round, under which the colour of what is left is taken for known
 constexpr int kFitIterations = 8;      ///< of a set on its way; to the bottom at the end
 constexpr double kWindow = 8.0;        ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
 constexpr double kClassWindow = 3.0;   ///< within which rivals are not told apart: 20 to 1
-constexpr int kDraws = 60;             ///< of block resamples
+constexpr int kBlockDraws = 60;             ///< of block resamples
 constexpr double kBlockMemories = 5.0; ///< correlation times that a block spans at least
 constexpr std::size_t kLeastBlocks = 10, kMostBlocks = 40;
-constexpr double kDifference = 1e-3;
+constexpr double kOwnStep = 1e-3;
 constexpr double kFitTolerance = 1e-6;
-constexpr double kClaimed = 0.5;       ///< probability under which nothing is claimed
+constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 
 using Place = std::pair<std::string, std::string>;  // effect, where
@@ -127,13 +127,23 @@ class EffortSearch {
       if (!refit(model, experiment_, options_.simulator, quiet_, kFitTolerance, nullptr, iterations)) return false;
       if (settled_) return true;
       const std::vector<double> before = model.weights;
-      model.weights = weights_from(model, experiment_, options_.simulator);
+      model.weights = independent_weights(model);
       const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
       const auto blocks = problem.layout(train_);
       model.fit.residual = reweighed(std::move(model.fit.residual), blocks, before, model.weights);
       model.fit.jacobian = reweighed(std::move(model.fit.jacobian), blocks, before, model.weights);
     }
     return true;
+  }
+
+  /// What a channel leaves, times the root of how many samples say one thing: beside a prior each independent one counts
+  /// once.
+  std::vector<double> independent_weights(const CurrentModel& model) const {
+    std::vector<double> out = weights_from(model, experiment_, options_.simulator);
+    const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
+    const Colour colour(model.fit.residual, problem.layout(train_), floors(model));
+    for (std::size_t c = 0; c < out.size(); ++c) out[c] *= std::sqrt(colour.correlation_samples(static_cast<int>(c)));
+    return out;
   }
 
   /// The model anew with a change, from the values that stand; fitted. Nothing where it cannot be simulated.
@@ -295,7 +305,7 @@ class EffortSearch {
           values.push_back(base);
           values.back()[static_cast<std::size_t>(axis.parameter)] = x;
           values.push_back(values.back());
-          const double step = kDifference * std::max(std::fabs(x), 1e-9);
+          const double step = kOwnStep * std::max(std::fabs(x), 1e-9);
           values.back()[static_cast<std::size_t>(axis.parameter)] += step;
           Axis own = axis;
           own.prior = std::max(std::fabs(x), 1e-9), own.center = x;
@@ -392,7 +402,7 @@ class EffortSearch {
     for (std::size_t a = 0; a < axes.size(); ++a) {
       const Parameter& p = model.parameters()[static_cast<std::size_t>(axes[a].parameter)];
       if (!is_strength(*p.info)) continue;
-      const double step = kDifference * std::max(std::fabs(own[a]), 1e-9);
+      const double step = kOwnStep * std::max(std::fabs(own[a]), 1e-9);
       std::vector<double> next = here;
       next[static_cast<std::size_t>(axes[a].parameter)] = from_search(axes[a].coordinate, own[a] + step);
       values.push_back(std::move(next));
@@ -482,27 +492,18 @@ class EffortSearch {
     std::string where;
   };
 
-  /// One round; whether the set changed.
+  /// One round; whether the set changed. The best of every place together, else one by one.
   bool improve() {
     const Linearised near = linearised(look(true), false);
     const Linearised::Set now = near.present();
     const double standing = near.evidence(now);
     std::vector<Move> moves = promising(near, now, standing);
     record(near, moves);
-    while (!moves.empty()) {
+    if (moves.size() > 1) {
       if (try_moves(near, moves)) return true;
-      if (moves.size() == 1) {
-        refused_.insert(name_of(near, moves.front()));
-        return improve_less(near, now, standing);
-      }
-      moves.resize(1);
+      moves = promising(near, now, standing);  // without those that were refused for numbers of their own
     }
-    return false;
-  }
-
-  /// After the best move failed when fitted in full: the next ones, one by one.
-  bool improve_less(const Linearised& near, const Linearised::Set& now, double standing) {
-    for (const Move& move : promising(near, now, standing)) {
+    for (const Move& move : moves) {
       if (try_moves(near, {move})) return true;
       refused_.insert(name_of(near, move));
     }
@@ -526,7 +527,7 @@ class EffortSearch {
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
       if (move.in >= 0 && clashes(near, set, move.in)) return;
-      if (!(move.gain > (move.in >= 0 ? kWorthwhile : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
+      if (!(move.gain > (move.in >= 0 ? kWorthFitting : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
     };
@@ -606,11 +607,42 @@ class EffortSearch {
   bool try_moves(const Linearised& near, const std::vector<Move>& moves) {
     std::optional<Hypothesis> next = changed(change_of(near, moves));
     if (!next) return false;
+    bool sound = true;
+    for (const Move& move : moves) {
+      if (move.in < 0 || ends_within(*next, near.parts()[static_cast<std::size_t>(move.in)].spec)) continue;
+      refused_.insert(name_of(near, move));
+      unsound_.insert(place_of(near.parts()[static_cast<std::size_t>(move.in)].spec));
+      sound = false;
+    }
+    if (!sound) {
+      std::vector<Move> others = moves;
+      std::erase_if(others, [&](const Move& m) { return refused_.count(name_of(near, m)) > 0; });
+      return !others.empty() && others.size() < moves.size() && try_moves(near, others);
+    }
     const double odds = log_odds(*next, standing_) + heldout_gain(*next, standing_);
     const bool more = std::any_of(moves.begin(), moves.end(), [](const Move& m) { return m.in >= 0; });
-    if (!(odds > (more ? kWorthwhile : 0.0))) return false;
+    if (!(odds > (more ? kWorthFitting : 0.0))) return false;
     standing_ = std::move(*next);
     if (odds < kSettled && !settled_) settle();
+    return true;
+  }
+
+  /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine: a friction that
+  /// grows towards rest beside no sliding friction at all. Optional shapes may stand there.
+  bool ends_within(const Hypothesis& h, const EffectSpec& spec) const {
+    for (const std::size_t a : own_axes(h.model, spec)) {
+      const Axis& axis = h.model.space.axes()[a];
+      const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+      if (p.info->optional) continue;
+      const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
+      if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
+      const std::string base = p.name.substr(0, p.name.size() - p.key.size());
+      if (p.info->at_least == nullptr) continue;
+      const std::vector<double> values = h.model.space.expand(h.model.fit.point);
+      const int other = h.model.model.find(base + p.info->at_least);
+      if (other >= 0 && values[static_cast<std::size_t>(axis.parameter)] <= values[static_cast<std::size_t>(other)])
+        return false;
+    }
     return true;
   }
 
@@ -618,14 +650,17 @@ class EffortSearch {
   /// than nothing counts for a refusal: what is put in must predict them.
   double heldout_gain(const Hypothesis& one, const Hypothesis& other) const {
     if (validate_.empty()) return 0.0;
+    const double gain = heldout_difference(one, other);
+    return gain < 0.0 && one.effects.size() >= other.effects.size() ? -HUGE_VAL : gain;
+  }
+  double heldout_difference(const Hypothesis& one, const Hypothesis& other) const {
     const auto rows = [&](const Hypothesis& h) {
       Problem problem(h.model.model, experiment_, h.model.space, options_.simulator, one.model.weights);
       Eigen::MatrixXd out = problem.residual(h.model.fit.point, validate_);
       colour_of(one.model, problem).whiten(out, problem.layout(validate_));
       return out.squaredNorm();
     };
-    const double gain = 0.5 * (rows(other) - rows(one));
-    return gain < 0.0 && one.effects.size() >= other.effects.size() ? -HUGE_VAL : gain;
+    return 0.5 * (rows(other) - rows(one));
   }
   Colour colour_of(const CurrentModel& model, Problem& problem) const {
     if (settled_) return *settled_;
@@ -696,26 +731,35 @@ class EffortSearch {
 
   // ---- what is claimed ----------------------------------------------------------------------------------------------
 
-  /// Takes out what does not predict the validate recordings, and what the recordings do not determine.
+  /// Takes out what the validate recordings are better predicted without, and what is as likely without it and so little
+  /// determined that nobody could say how large it is; each time by the fit without it.
   void keep_what_predicts() {
-    while (!standing_.effects.empty()) {
+    std::set<Place> needed;
+    for (;;) {
       const Linearised near = linearised(look(false), false);
       const Linearised::Set now = near.present();
       int worst = -1;
-      double least = 0.0;
+      double least = HUGE_VAL;
       for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
-        double gain = validate_.empty() ? -1.0 : near.heldout(now) - near.heldout(near.toggled(now, k));
-        // What is as likely without it, and nobody could say how large, is nothing to claim.
-        const bool idle = near.evidence(now) - near.evidence(near.toggled(now, k)) < kWindow;
-        if (idle && !is_determined(standing_.effects[static_cast<std::size_t>(k)])) gain = std::min(gain, 0.0);
-        if (gain <= least) least = gain, worst = k;
+        const EffectSpec& spec = standing_.effects[static_cast<std::size_t>(k)];
+        if (needed.count(place_of(spec)) > 0) continue;
+        const Linearised::Set without = near.toggled(now, k);
+        const double loss = near.evidence(now) - near.evidence(without);
+        const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
+        const bool idle = loss < kWindow && !is_determined(spec);
+        if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
       }
       if (worst < 0) return;
       const EffectSpec gone = standing_.effects[static_cast<std::size_t>(worst)];
       Change change;
       change.out.push_back(place_of(gone));
       std::optional<Hypothesis> next = changed(change);
-      if (!next) return;
+      const double lost = next ? log_odds(standing_, *next) : HUGE_VAL;
+      const double predicts = next && !validate_.empty() ? heldout_difference(standing_, *next) : -HUGE_VAL;
+      if (!next || (predicts > 0.0 && lost > kWindow)) {
+        needed.insert(place_of(gone));
+        continue;
+      }
       standing_ = std::move(*next);
       notes_.push_back(fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
                                    "does not predict the validate ones",
@@ -764,7 +808,7 @@ class EffortSearch {
     std::map<Place, std::pair<double, std::size_t>> best;
     for (std::size_t k = 0; k < s.parts.size(); ++k) {
       const Part& part = s.parts[k];
-      if (part.present || part.needs >= 0) continue;
+      if (part.present || part.needs >= 0 || unsound_.count(place_of(part.spec)) > 0) continue;
       double most = -HUGE_VAL;
       for (int e = 0; e < static_cast<int>(standing_.effects.size()); ++e)
         if (standing_.effects[static_cast<std::size_t>(e)].place == part.spec.place)
@@ -793,7 +837,7 @@ class EffortSearch {
       sets.push_back(near.toggled(near.toggled(now, k), r));
       rivals.push_back(r);
     }
-    const std::vector<double> shares = near.bagged(sets, kDraws, options_.seed);
+    const std::vector<double> shares = near.bagged(sets, kBlockDraws, options_.seed);
     Finding out;
     out.effect = spec.effect, out.place = spec.place, out.recordings = spec.recordings, out.fixed = spec.parameters;
     out.probability = shares[0];
@@ -818,7 +862,7 @@ class EffortSearch {
     const double gain = 0.5 * (near.train_energy(sets[1]) - near.train_energy(now));
     const int numbers = static_cast<int>(near.parts()[static_cast<std::size_t>(k)].columns.size());
     out.p_value = chance(gain, std::max(numbers, 1), static_cast<int>(std::max<std::size_t>(places_offered_, 1)));
-    out.stability = near.leads(sets, kDraws, options_.seed);
+    out.stability = near.leads(sets, kBlockDraws, options_.seed);
     return out;
   }
 
@@ -831,6 +875,7 @@ class EffortSearch {
   std::vector<EffectSpec> scales_;
   std::optional<Colour> settled_;
   std::set<std::string> refused_;
+  std::set<Place> unsound_;  ///< what ended at the end of its range when it was fitted
   std::size_t places_offered_ = 100;
   std::vector<std::vector<Candidate>> rounds_;
   std::vector<std::string> notes_;

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kRatioPrior = 0.3;    ///< of shares and logarithms of masses
 constexpr double kScaleError = 0.1;    ///< of a drive's gain: such figures are known to about a tenth
+constexpr double kMostScale = 3.0;     ///< standard deviations: beyond it something else is wrong
 constexpr double kMassPrior = 0.3;     ///< of the arm's mass: a load
 constexpr double kDecade = 2.3;        ///< of what is known by its order of magnitude only
 constexpr double kOfRange = 0.5;       ///< of a plain number's range
@@ -54,6 +55,10 @@ void set_priors(const PlantModel& model, const Experiment& experiment, SearchSpa
       continue;
     }
     const bool reads_effort = p.name.find(".effort_scale.") != std::string::npos;
+    if (reads_effort) {
+      axis.lower = std::max(axis.lower, -kMostScale * kScaleError);
+      axis.upper = std::min(axis.upper, kMostScale * kScaleError);
+    }
     axis.prior = reads_effort ? kScaleError : deviation(p, model, experiment);
     axis.center = is_strength(*p.info) ? to_search(axis.coordinate, p.neutral) : point[a];
   }

@@ -55,8 +55,8 @@ struct EffectInfo {
   bool in_efforts = false;
   /// The effect that this one is where its numbers agree (beside those told by equal names); null: none.
   const char* generalises = nullptr;
-  /// It may stand beside what it contains, as one more element in parallel: part of a contact slides while another part
-  /// still gives (Maxwell slip; V. Lampaert, F. Al-Bender, J. Swevers, MMAR 2003).
+  /// Where efforts are predicted it may stand beside what it contains, as one more element in parallel: part of a
+  /// contact slides while another part still gives (Maxwell slip; V. Lampaert, F. Al-Bender, J. Swevers, MMAR 2003).
   bool in_parallel = false;
   bool as_one = false;  ///< its parameters are parts of one departure from neutral: stronger are all of them together
 };

@@ -110,11 +110,26 @@ std::string consistent_sentence(const Scenario& scenario, const Diagnosis& d) {
   return out + ".";
 }
 
+/// Each effect once, with all its places.
+std::string by_effect(const std::vector<Finding>& findings) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> places;
+  for (const Finding& finding : findings) {
+    const auto same = std::find_if(places.begin(), places.end(), [&](const auto& p) { return p.first == finding.effect; });
+    auto& of = same == places.end() ? places.emplace_back(finding.effect, std::vector<std::string>{}) : *same;
+    of.second.push_back(place_words(finding.place));
+  }
+  std::string out;
+  for (const auto& [effect, where] : places)
+    out += (out.empty() ? "" : "; ") + effect_title(effect) + " at " + list_of(where);
+  return out;
+}
+
 std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
+  constexpr std::size_t kMany = 4;  // findings, from which they are listed by effect
   const bool one = d.findings.size() == 1;
   std::vector<std::string> parts;
   for (const Finding& finding : d.findings) parts.push_back(finding_words(finding));
-  std::string out = list_of(parts) + (one ? " was left out" : " were left out");
+  std::string out = (parts.size() < kMany ? list_of(parts) : by_effect(d.findings)) + (one ? " was left out" : " were left out");
   if (one) {
     const Finding& finding = d.findings.front();
     const std::string parameters = parameter_words(finding);
@@ -246,16 +261,18 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
   }
   const std::size_t dot = entry.rfind('.');
   const std::string kind = dot == std::string::npos ? "" : entry.substr(dot + 1);
-  const bool qualified = kind == "velocity" || kind == "effort" || kind == "pressure_a" || kind == "pressure_b";
-  if (!qualified && std::holds_alternative<InverseDynamics>(scenario.prediction))
+  const bool qualified = kind == "velocity" || kind == "effort" || kind == "motor_position";
+  const auto efforts = scenario.channels.of.find(ChannelKind::effort);
+  const bool measured = efforts != scenario.channels.of.end() && efforts->second.count(entry) > 0;
+  if (!qualified && !measured && std::holds_alternative<InverseDynamics>(scenario.prediction))
     return scenario.robot ? command_unit(scenario, entry) : kAnyCommand;
   const std::optional<int> joint =
       scenario.robot ? scenario.robot->find_joint(qualified ? entry.substr(0, dot) : entry) : std::nullopt;
   if (!joint) return {};
   const bool slides = scenario.robot->joints()[static_cast<std::size_t>(*joint)].prismatic();
   if (kind == "velocity") return slides ? "m/s" : "rad/s";
-  if (kind == "effort") return slides ? "N" : "N m";
-  if (qualified) return "Pa";
+  const bool effort = kind == "effort" || (measured && std::holds_alternative<InverseDynamics>(scenario.prediction));
+  if (effort) return slides ? "N" : "N m";
   return slides ? "m" : "rad";
 }
 
