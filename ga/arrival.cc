@@ -12,6 +12,7 @@ namespace lacuna {
 namespace {
 
 constexpr int kDrawn = 4;
+constexpr int kFollowed = 150;                   ///< iterations at most from the best end on: a narrow valley is long
 constexpr std::uint32_t kStartStream = 0x57a27;  ///< purpose of the draws
 constexpr double kBeyondNoise = 2.0;             ///< standard deviations of a chi-square over its mean
 constexpr double kSpread = 0.5;                  ///< of the draws, in standard deviations of the prior
@@ -46,6 +47,19 @@ double promised(const Eigen::MatrixXd& normal, const Eigen::VectorXd& slope, con
   const Eigen::MatrixXd N = normal(free, free);
   const Eigen::VectorXd way = damped_step(N, slope(free), kLeastDamping, floor(free));
   return -way.dot(2.0 * slope(free) + N * way);
+}
+
+/// From an end that iterations ran out at, on to the bottom.
+void follow(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
+            LeastSquaresResult& end, long& evaluations) {
+  LeastSquaresOptions further = options;
+  further.iterations = kFollowed;
+  const Eigen::MatrixXd known = std::move(end.jacobian);
+  further.jacobian = &known;
+  const int before = end.iterations;
+  end = solve_least_squares(problem, end.point, segments, further);
+  end.iterations += before;
+  evaluations += end.evaluations;
 }
 
 }  // namespace
@@ -88,11 +102,17 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
   const auto settled = [&] {
     const auto best = std::min_element(ends.begin(), ends.end(), better);
     if (noise_known && down_to_noise(best->sum_of_squares, static_cast<double>(best->residual.size()))) return true;
+    if (!best->converged) return false;
     const double most = (1.0 + kSameEnd) * energy(*best);
     return std::count_if(ends.begin(), ends.end(), [&](const auto& end) { return energy(end) <= most; }) > 1;
   };
   LeastSquaresOptions drawn = options;
   drawn.jacobian = nullptr;
+  const auto follow_best = [&] {
+    const auto best = std::min_element(ends.begin(), ends.end(), better);
+    if (!best->converged && !settled()) follow(problem, segments, options, *best, out.evaluations);
+  };
+  follow_best();
   for (int k = 0; k < kDrawn && !settled(); ++k) {
     try {
       ends.push_back(solve_least_squares(problem, drawn_start(problem.space().axes(), seed, k), segments, drawn));
@@ -100,6 +120,7 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
     } catch (const WorkError&) {
       continue;  // nothing can be simulated there
     }
+    follow_best();
   }
   out.starts = static_cast<int>(ends.size());
   const bool met = settled();
@@ -108,7 +129,9 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
   for (auto end = ends.begin(); end != ends.end(); ++end)
     if (end != best) next = std::min(next, energy(*end));
   const std::string pushed = pushed_against_bounds(problem.model(), problem.space(), *best);
-  if (!met) {
+  if (!met && !best->converged) {
+    out.doubt = fmt::format("least squares did not come to an end within {} iterations", kFollowed);
+  } else if (!met) {
     out.doubt = fmt::format("starts disagree: of {} descents no other came within {:.0f} % of the best ({:.3g} times)",
                             out.starts, 100.0 * kSameEnd, next / energy(*best));
   } else if (!pushed.empty()) {
