@@ -10,10 +10,10 @@ namespace {
 
 using namespace test;
 
-constexpr double kSpacing = 0.01;  // s, in the mean
-constexpr double kSeconds = 12.0;  // of a recording
-constexpr double kCutoff = 8.0;    // Hz: more than ten times the fastest sine
-constexpr double kEdge = 1.0;      // s at either end, where the filter feels that the recording ends
+constexpr double kSpacing = 0.01;      // s, in the mean
+constexpr double kSeconds = 12.0;      // of a recording
+constexpr double kMotionCutoff = 8.0;  // Hz: more than ten times the fastest sine
+constexpr double kEdge = 1.0;          // s at either end, where the filter feels that the recording ends
 
 /// A sum of three sines and its derivatives.
 struct Sines {
@@ -71,7 +71,7 @@ constexpr double kUnevenPosition = 5e-5, kUnevenSpeed = 1e-3, kUnevenAcceleratio
 
 TEST(MeasuredMotion, OfSumsOfSinesIsTheirClosedForm) {
   for (const bool speeds : {false, true}) {
-    const Sines error = worst(measured_motion(recorded(clock(kSeconds, kSpacing), speeds), kCutoff));
+    const Sines error = worst(measured_motion(recorded(clock(kSeconds, kSpacing), speeds), kMotionCutoff));
     EXPECT_LT(error.q, kPositionError) << speeds;
     EXPECT_LT(error.v, speeds ? kPositionError : kSpeedError) << speeds;
     EXPECT_LT(error.a, kAccelerationError) << speeds;
@@ -80,7 +80,7 @@ TEST(MeasuredMotion, OfSumsOfSinesIsTheirClosedForm) {
 
 TEST(MeasuredMotion, IsTheSameFromAnUnevenClock) {
   for (const bool speeds : {false, true}) {
-    const MeasuredMotion m = measured_motion(recorded(uneven_clock(), speeds), kCutoff);
+    const MeasuredMotion m = measured_motion(recorded(uneven_clock(), speeds), kMotionCutoff);
     EXPECT_TRUE(is_even(m.time));
     EXPECT_NEAR(m.rate, 1.0 / kSpacing, 1e-9 / kSpacing);
     const Sines error = worst(m);
@@ -94,7 +94,7 @@ TEST(MeasuredMotion, TakesMeasuredSpeedsForWhatTheyAre) {
   RawMotion raw = recorded(clock(kSeconds, kSpacing), true);
   constexpr double kTooFast = 1.2;
   for (double& v : raw.velocity[0]) v *= kTooFast;
-  const MeasuredMotion m = measured_motion(raw, kCutoff);
+  const MeasuredMotion m = measured_motion(raw, kMotionCutoff);
   for (std::size_t k = 200; k + 200 < m.samples(); ++k) {
     EXPECT_NEAR(m.v[0][k], kTooFast * sines(m.time[k]).v, kTooFast * kPositionError);
     EXPECT_NEAR(m.a[0][k], kTooFast * sines(m.time[k]).a, kTooFast * kAccelerationError);
@@ -106,7 +106,7 @@ TEST(MeasuredMotion, BridgesSamplesThatAreMissing) {
   for (const std::vector<double>& time : {clock(kSeconds, kSpacing), uneven_clock()}) {
     RawMotion raw = recorded(time, false);
     raw.position[0][500] = raw.position[0][501] = raw.position[0][700] = kMissing;
-    const Sines error = worst(measured_motion(raw, kCutoff));
+    const Sines error = worst(measured_motion(raw, kMotionCutoff));
     // A straight line across three periods leaves a (3 h)^2/8 = 1.3e-4 a; of that the filter keeps some.
     EXPECT_LT(error.q, 3e-4);
     EXPECT_LT(error.v, 0.02);
@@ -116,7 +116,7 @@ TEST(MeasuredMotion, BridgesSamplesThatAreMissing) {
 TEST(MeasuredMotion, AJointWithoutMeasuredPositionStandsStillAtZero) {
   RawMotion raw = recorded(clock(kSeconds, kSpacing), false);
   raw.position.push_back({});
-  const MeasuredMotion m = measured_motion(raw, kCutoff);
+  const MeasuredMotion m = measured_motion(raw, kMotionCutoff);
   ASSERT_EQ(m.q.size(), 2u);
   for (const auto* signal : {&m.q[1], &m.v[1], &m.a[1], &m.direction[1]})
     EXPECT_TRUE(std::all_of(signal->begin(), signal->end(), [](double x) { return x == 0.0; }));
@@ -132,7 +132,7 @@ TEST(MeasuredMotion, DirectionIsHeldWhileTheJointRests) {
     return kWay * (share - std::sin(2.0 * std::numbers::pi * share) / (2.0 * std::numbers::pi));
   };
   for (const double t : raw.time) raw.position[0].push_back(moved(t - 1.0) - moved(t - 6.0) + kNoise * random());
-  const MeasuredMotion m = measured_motion(raw, kCutoff);
+  const MeasuredMotion m = measured_motion(raw, kMotionCutoff);
   EXPECT_GT(m.v_error[0], 0.0);
   constexpr double kSlow = 0.2;  // s after a start, in which the speed is not above its noise yet
   std::size_t wrong = 0, looked = 0;
@@ -152,7 +152,7 @@ TEST(MeasuredMotion, DirectionIsNoneBeforeTheFirstMotionAndKeptAfterTheLast) {
     raw.velocity[0].push_back(moves ? 0.4 : 0.0);
     raw.position[0].push_back(0.4 * std::clamp(t - 1.5, 0.0, 1.0));
   }
-  const MeasuredMotion m = measured_motion(raw, kCutoff);
+  const MeasuredMotion m = measured_motion(raw, kMotionCutoff);
   EXPECT_EQ(m.direction[0].front(), 0.0);
   EXPECT_EQ(m.direction[0][100], 0.0);
   EXPECT_EQ(m.direction[0][200], 1.0);
@@ -166,7 +166,7 @@ TEST(MeasuredMotion, SaysHowMuchNoiseItsSpeedsKeep) {
     Noise random(11);
     for (std::size_t k = 0; k < raw.time.size(); ++k) raw.position[0].push_back(kNoise * random());
     if (speeds) raw.velocity = raw.position;
-    const MeasuredMotion m = measured_motion(raw, kCutoff);
+    const MeasuredMotion m = measured_motion(raw, kMotionCutoff);
     double squares = 0.0;
     for (const double v : m.v[0]) squares += v * v;
     const double rms = std::sqrt(squares / static_cast<double>(m.samples()));
@@ -176,7 +176,7 @@ TEST(MeasuredMotion, SaysHowMuchNoiseItsSpeedsKeep) {
 }
 
 TEST(FilterGain, IsTheRmsThatWhiteNoiseKeeps) {
-  const ZeroPhaseLowPass filter(kCutoff, 1.0 / kSpacing);
+  const ZeroPhaseLowPass filter(kMotionCutoff, 1.0 / kSpacing);
   for (const int passes : {1, 2}) {
     const FilterGain gain = filter_gain(filter, passes);
     Noise random(5);
