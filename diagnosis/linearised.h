@@ -51,7 +51,7 @@ class Linearised {
   Set present() const;
   Set toggled(Set set, int part) const;
 
-  /// Log evidence; minus infinity for a set that cannot be, or whose best numbers lie beyond their range.
+  /// Log evidence; minus infinity for a set that cannot be. A number that would leave its range is held at its end.
   double evidence(const Set& set) const;
   /// The same with each block's data counted `weights` times.
   double evidence(const Set& set, const std::vector<double>& weights) const;

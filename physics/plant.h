@@ -128,6 +128,10 @@ class Plant {
     return std::any_of(joint(j).actuator.begin(), joint(j).actuator.end(),
                        [](const Bound& c) { return c.hooks->states > 0; });
   }
+  /// What the drive gives joint j, as a transducer of efforts has it: losses and springs behind it are no part.
+  T drive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m) {
+    return driven_effort(j, now, q, v, u, z, m) + own_effort(j, now, q, v, z);
+  }
   /// By how much the actuator's side leads the link under an effort that passes the transmission at rest, rad (m).
   T lead(int j, const T& effort) const {
     T sum(0.0);

@@ -325,8 +325,8 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
     switch (channels[c].kind) {
       case ChannelKind::velocity: value = x_[n_ + j]; break;
       case ChannelKind::effort:
-        value = plant_.effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_,
-                              memory_.data(), nullptr, nullptr);
+        value = plant_.drive_effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j],
+                                    x_.data() + 2 * n_, memory_.data());
         value = plant_.measured_effort(channels[c].joint, value);
         break;
       case ChannelKind::motor_position:

@@ -1,0 +1,157 @@
+// Whole diagnoses of measured efforts: what was left out is named, what was not is not.
+#include "diagnosis/effort_search.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "physics/effects/table.h"
+#include "tests/physics/efforts.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+constexpr double kEffortNoise = 0.5;  // N m at 1 kHz: .06 after the filter, of efforts of 4
+// N m, Coulomb's, shoulder and elbow. At turning points the predicted corner is filtered once, the measured one twice:
+// that leaves a tenth of the friction, here less than the noise.
+constexpr double kRubbing[] = {0.4, 0.25};
+constexpr double kCarried = 0.4;  // kg, by rods of 1.5 and 0.8
+
+/// Damped so much that nothing swings faster than the filter lets pass.
+const std::map<std::string, double> kDamped{{"gain", 1.0}, {"damping", 1.2}};
+
+DiagnoseOptions quick() {
+  DiagnoseOptions options;
+  options.identify.optimizer = Optimizer::lsq;
+  options.identify.simulator.threads = 2;
+  options.other_engines = false;
+  return options;
+}
+
+std::vector<EffectSpec> rubbing() {
+  return {effect("coulomb_friction", "shoulder", {{"Fc", kRubbing[0]}}),
+          effect("coulomb_friction", "elbow", {{"Fc", kRubbing[1]}})};
+}
+
+/// A recording's file, role and what was concealed in it.
+struct Filmed {
+  std::string file;
+  Role role;
+  std::vector<EffectSpec> effects;
+};
+
+/// The rods with dampings that are searched, and recordings of them.
+Scenario examined(const std::vector<Filmed>& recordings) {
+  Scenario out = pushed_rods({}, "direct_effort", kDamped);
+  out.prediction = InverseDynamics{8.0};
+  out.identify = {{"damping", true, 0.2, 5.0, "test: identify"}};
+  int k = 0;
+  for (const Filmed& each : recordings) {
+    const Drive drive = sines_at(clock(10.0, 0.001), 6.0, 7.3 * k);
+    add_recording(out,
+                  truth_recording(pushed_rods(each.effects, "direct_effort", kDamped), drive, each.file, kEffortNoise,
+                                  static_cast<std::uint64_t>(++k)),
+                  each.role);
+  }
+  return out;
+}
+Scenario examined(const std::vector<EffectSpec>& effects) {
+  return examined({{"train.csv", Role::train, effects},
+                   {"validate.csv", Role::validate, effects},
+                   {"test.csv", Role::test, effects}});
+}
+
+std::string names_of(const Diagnosis& d) {
+  std::string out;
+  for (const Finding& f : d.findings) out += f.effect + "@" + f.place + " ";
+  return out;
+}
+
+/// Made once for all tests of it.
+const Scenario& rubbing_scenario() {
+  static const Scenario scenario = examined(rubbing());
+  return scenario;
+}
+const Diagnosis& rubbing_diagnosis() {
+  static const Diagnosis d = diagnose(rubbing_scenario(), quick());
+  return d;
+}
+
+TEST(EffortSearch, NamesCoulombFrictionAtEachJointAndNothingOfTheCommandsWay) {
+  const Diagnosis& d = rubbing_diagnosis();
+  EXPECT_EQ(d.verdict, Verdict::missing_physics);
+  std::set<std::string> joints;
+  for (const Finding& f : d.findings) {
+    if (f.effect == "coulomb_friction") joints.insert(f.place);
+    const Stage stage = effect_table()[static_cast<std::size_t>(find_effect(f.effect))].stage;
+    EXPECT_TRUE(stage != Stage::command && stage != Stage::valve && stage != Stage::flow) << f.effect;
+  }
+  EXPECT_EQ(joints, (std::set<std::string>{"shoulder", "elbow"})) << names_of(d);
+  EXPECT_EQ(d.findings.size(), 2u) << names_of(d);
+  for (const Finding& f : d.findings) {
+    if (f.effect != "coulomb_friction") continue;
+    const double truth = kRubbing[f.place == "elbow"];
+    for (const Estimate& e : f.parameters) {
+      if (e.name != "Fc") continue;
+      // The scale of measured efforts is known to a tenth only, and every effort with it.
+      EXPECT_NEAR(e.value, truth, 0.1 * truth) << f.place;
+      EXPECT_GT(e.upper95, truth) << f.place;
+      EXPECT_LT(e.lower95, truth) << f.place;
+    }
+    EXPECT_GT(f.probability, 0.5) << f.place;
+    EXPECT_GT(f.heldout_gain, 0.0) << f.place;
+  }
+}
+
+TEST(EffortSearch, ReportsTheTestRmsThatItsTracesShow) {
+  const Diagnosis& d = rubbing_diagnosis();
+  ASSERT_EQ(d.traces.size(), 2u);
+  for (const auto& [fit, after] : {std::pair{&d.before, false}, std::pair{&d.after, true}}) {
+    ASSERT_EQ(fit->rms.back().first, Role::test);
+    const JointRms& rms = fit->rms.back().second;
+    ASSERT_EQ(rms.size(), 2u);
+    for (std::size_t j = 0; j < 2; ++j) {
+      const Trace& trace = d.traces[j];
+      EXPECT_EQ(trace.recording, "test.csv");
+      std::vector<double> rest = after ? trace.after : trace.before;
+      for (std::size_t k = 0; k < rest.size(); ++k) rest[k] -= trace.measured[k];
+      EXPECT_NEAR(rms[j].second / rms_of(rest), 1.0, 1e-6) << rms[j].first << (after ? " after" : " before");
+    }
+  }
+}
+
+TEST(EffortSearch, FindsNothingMoreInWhatItDiagnosed) {
+  const Diagnosis again = diagnose(diagnosed_scenario(rubbing_scenario(), rubbing_diagnosis()), quick());
+  EXPECT_TRUE(again.findings.empty()) << names_of(again);
+}
+
+TEST(EffortSearch, FindsNothingWhereNothingIsMissing) {
+  const Diagnosis d = diagnose(examined(std::vector<EffectSpec>{}), quick());
+  EXPECT_TRUE(d.findings.empty()) << names_of(d);
+  EXPECT_NE(d.verdict, Verdict::missing_physics);
+}
+
+TEST(EffortSearch, FindsALoadInTheRecordingThatCarriesIt) {
+  const std::vector<EffectSpec> load{effect("payload", "arm", {{"m", kCarried}})};
+  const Diagnosis d = diagnose(examined({{"bare.csv", Role::train, {}},
+                                         {"loaded.csv", Role::train, load},
+                                         {"validate.csv", Role::validate, {}},
+                                         {"test.csv", Role::test, {}}}),
+                               quick());
+  const auto found =
+      std::find_if(d.findings.begin(), d.findings.end(), [](const Finding& f) { return f.effect == "payload"; });
+  ASSERT_NE(found, d.findings.end()) << names_of(d);
+  EXPECT_EQ(d.findings.size(), 1u) << names_of(d);
+  EXPECT_EQ(found->recordings, std::vector<std::string>{"loaded.csv"});
+  const auto mass =
+      std::find_if(found->parameters.begin(), found->parameters.end(), [](const Estimate& e) { return e.name == "m"; });
+  ASSERT_NE(mass, found->parameters.end());
+  EXPECT_LT(mass->lower95, kCarried);
+  EXPECT_GT(mass->upper95, kCarried);
+  EXPECT_LT(mass->upper95 - mass->lower95, kCarried) << "an interval that says something";
+}
+
+}  // namespace
+}  // namespace lacuna
