@@ -147,9 +147,10 @@ class Plant {
     }
     return q;
   }
-  /// What acts besides, on a joint that is also loaded by `given` (N m or N).
+  /// What acts on the link besides, where the joint is also loaded by `given` (N m or N). What a transmission carries is
+  /// none of it: that is the drive's own effort on its way.
   T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m, const T& given) {
-    return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, given);
+    return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, given, false);
   }
 
   bool has_dry_friction(int j) const {
@@ -314,7 +315,7 @@ class Plant {
   }
 
   T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now,
-              const T& given = T(0.0)) {
+              const T& given = T(0.0), bool carried = true) {
     JointParts& parts = joints_[static_cast<std::size_t>(j)];
     T scratch[kMostMemories];
     T tau = actuator_effort(parts, s, z, z_rate);
@@ -323,7 +324,8 @@ class Plant {
     for (const Bound& c : parts.effects) {
       s.z = z + c.state;
       if (c.hooks->command == nullptr) recall(c, now, m, m_now, scratch, s);
-      if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
+      const bool acts = c.hooks->effort != nullptr && (carried || c.hooks->lead == nullptr);
+      if (acts) tau = tau + c.hooks->effort(&parameters_[c.first], s);
       if (c.hooks->rate != nullptr && z_rate != nullptr) c.hooks->rate(&parameters_[c.first], s, z_rate + c.state);
     }
     return tau;

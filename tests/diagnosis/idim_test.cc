@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kTransducer = 0.05;       // N m, rms
+constexpr double kEffortSensor = 0.05;     // N m, rms
 constexpr double kCutoffOfEfforts = 10.0;  // Hz
 constexpr double kFriction = 0.02;         // of a friction: noise leaves 0.3 %, a command held for 1 ms as much
 
@@ -37,13 +37,13 @@ Scenario rubbing_rods(double viscous, double dry, double push) {
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     const Drive drive = sines_at(clock(12.0, 0.001), push, 7.3 * k);
     const std::string file = std::string(to_string(role)) + ".csv";
-    add_recording(out, truth_recording(truth, drive, file, kTransducer, static_cast<std::uint64_t>(++k)), role);
+    add_recording(out, truth_recording(truth, drive, file, kEffortSensor, static_cast<std::uint64_t>(++k)), role);
   }
   return out;
 }
 
 double filtered_noise(const Experiment& experiment) {
-  return kTransducer * filter_gain(ZeroPhaseLowPass(kCutoffOfEfforts, experiment.segments[0].motion->rate), 2).value;
+  return kEffortSensor * filter_gain(ZeroPhaseLowPass(kCutoffOfEfforts, experiment.segments[0].motion->rate), 2).value;
 }
 
 TEST(Idim, ReturnsTheFrictionsThatActed) {
