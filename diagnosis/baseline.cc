@@ -196,17 +196,6 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
   return current;
 }
 
-bool plain_part_fits_better(const CurrentModel& plain, const CurrentModel& richer, const Experiment& experiment,
-                            const SimulatorOptions& options, const RunControl& control) {
-  if (plain.space.size() == 0) return false;
-  CurrentModel alone = plain;
-  alone.fit.point.assign(richer.fit.point.begin(),
-                         richer.fit.point.begin() + static_cast<std::ptrdiff_t>(plain.space.size()));
-  if (!refit(alone, experiment, options, control)) return false;
-  const double before = plain.fit.sum_of_squares + plain.fit.prior_cost;
-  return alone.fit.sum_of_squares + alone.fit.prior_cost < (1.0 - kSameEnd) * before;
-}
-
 void record_fit(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
                 FitResult& fit) {
   Problem problem(current.model, experiment, current.space, options, current.weights);

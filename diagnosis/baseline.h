@@ -42,11 +42,6 @@ void refine(CurrentModel& current, const Experiment& experiment, const Simulator
 CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                             const IdentifyOptions& options, FitResult& fit);
 
-/// Whether least squares of the plain model alone, from the plain numbers of `richer` (the first axes of both are the
-/// same), ends lower than `plain` by more than kSameEnd of the energy: `plain` had not arrived.
-bool plain_part_fits_better(const CurrentModel& plain, const CurrentModel& richer, const Experiment& experiment,
-                            const SimulatorOptions& options, const RunControl& control);
-
 /// Record of a refined model: estimates, identifiability, rms per role.
 void record_fit(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
                 FitResult& fit);

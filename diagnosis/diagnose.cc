@@ -238,14 +238,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
       rounds.reconsider();
     }
     current = rounds.current;
-    if (!out.findings.empty() && plain_part_fits_better(before, current, experiment, simulator, control)) {
-      out.before.arrived = false;
-      out.before.doubt = "the plain part of a richer model fits better on its own";
-      out.findings.clear();
-      current = before;
-    } else {
-      simulator = rounds.simulator, step = rounds.step;
-    }
+    simulator = rounds.simulator, step = rounds.step;
   }
   out.added = added_effects(before.model, current);
 

@@ -31,6 +31,7 @@ constexpr std::size_t kLeastBlocks = 10, kMostBlocks = 40;
 constexpr double kOwnStep = 1e-3;
 constexpr double kFitTolerance = 1e-6;
 constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
+constexpr double kLeastClaim = 0.5;    ///< probability of a class under which nothing is claimed
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 
 using Place = std::pair<std::string, std::string>;  // effect, where
@@ -796,7 +797,14 @@ class EffortSearch {
     const Linearised::Set now = near.present();
     for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
       if (options_.progress) options_.progress(0.9 + 0.1 * k / static_cast<double>(standing_.effects.size()));
-      out.findings.push_back(finding_of(near, now, k, second));
+      Finding finding = finding_of(near, now, k, second);
+      if (class_probability(finding) >= kLeastClaim) {
+        out.findings.push_back(std::move(finding));
+      } else {
+        out.notes.push_back(fmt::format("{} at {} stays in the model, but is not claimed: that it is that or one of its "
+                                        "class has a probability of {:.2f}",
+                                        finding.effect, finding.place, class_probability(finding)));
+      }
     }
   }
 

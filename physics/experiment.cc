@@ -15,7 +15,7 @@
 namespace lacuna {
 namespace {
 
-constexpr int kInversePasses = 2;  ///< of the filter, through which what inverse dynamics compares has gone
+constexpr int kInversePasses = 1;  ///< of the filter, through which what inverse dynamics compares goes
 
 constexpr std::size_t kFewestSamples = 10;
 /// A local polynomial is accepted while its residual variance stays below this multiple of the noise variance

@@ -1,8 +1,8 @@
 // What a measured motion needs: efforts by inverse dynamics, component states and memories carried along it.
 //
-// The motion is measured and filtered once (Segment::motion); what it needs is filtered once more, so that it has gone
-// through the filter as often as the measured efforts that it is compared with, and thinned as they are. No measured
-// signal is changed.
+// The motion is measured and filtered (Segment::motion), which is flat over the motion's own band; what it needs passes
+// the same filter as the efforts that it is compared with, once each, so that the corners of friction are rounded alike,
+// and both are thinned alike. No measured signal is changed.
 #pragma once
 
 #include <cmath>
@@ -167,7 +167,6 @@ class InverseDynamicsRun {
     for (std::size_t c = 0; c < channels.size(); ++c) {
       std::vector<T>& signal = whole[c];
       if (channels[c].kind == ChannelKind::command) {
-        filter.apply(given[c]);
         for (std::size_t k = 0; k < signal.size(); ++k)
           signal[k] = (signal[k] - given[c][k]) / plant_.gain(channels[c].joint);
       }
