@@ -32,6 +32,7 @@ constexpr double kOwnStep = 1e-3;
 constexpr double kFitTolerance = 1e-6;
 constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
 constexpr double kLeastClaim = 0.5;    ///< probability of a class under which nothing is claimed
+constexpr double kLeastShare = 0.1;    ///< of what a joint is left with: what explains less is no explanation of it
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 
 using Place = std::pair<std::string, std::string>;  // effect, where
@@ -735,7 +736,7 @@ class EffortSearch {
   /// Takes out what the validate recordings are better predicted without, and what is as likely without it and so little
   /// determined that nobody could say how large it is; each time by the fit without it.
   void keep_what_predicts() {
-    std::set<Place> needed;
+    std::set<Place> needed, negligible;
     for (;;) {
       const Linearised near = linearised(look(false), false);
       const Linearised::Set now = near.present();
@@ -747,7 +748,9 @@ class EffortSearch {
         const Linearised::Set without = near.toggled(now, k);
         const double loss = near.evidence(now) - near.evidence(without);
         const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
-        const bool idle = loss < kWindow && !is_determined(spec);
+        const bool small = !validate_.empty() && share_at_its_place(near, now, without, spec.place) < kLeastShare;
+        const bool idle = small || (loss < kWindow && !is_determined(spec));
+        if (small) negligible.insert(place_of(spec));
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
       }
       if (worst < 0) return;
@@ -757,15 +760,34 @@ class EffortSearch {
       std::optional<Hypothesis> next = changed(change);
       const double lost = next ? log_odds(standing_, *next) : HUGE_VAL;
       const double predicts = next && !validate_.empty() ? heldout_difference(standing_, *next) : -HUGE_VAL;
-      if (!next || (predicts > 0.0 && lost > kWindow)) {
+      if (!next || (predicts > 0.0 && lost > kWindow && negligible.count(place_of(gone)) == 0)) {
         needed.insert(place_of(gone));
         continue;
       }
       standing_ = std::move(*next);
       notes_.push_back(fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
-                                   "does not predict the validate ones",
+                                   "explains nothing to speak of on the validate ones",
                                    gone.effect, gone.place));
     }
+  }
+
+  /// Share of the whitened validate energy at a joint (of the arm: at all) that one set leaves less than another.
+  double share_at_its_place(const Linearised& near, const Linearised::Set& with, const Linearised::Set& without,
+                            const std::string& place) const {
+    const Eigen::VectorXd one = near.heldout_rest(with), other = near.heldout_rest(without);
+    if (one.size() == 0 || other.size() == 0) return 1.0;
+    const CurrentModel& now = standing_.model;
+    const Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
+    const auto& names = experiment_.joint_names;
+    const bool at_joint = now.model.robot().find_joint(place).has_value();
+    double a = 0.0, b = 0.0;
+    for (const ResidualBlock& block : problem.layout(validate_)) {
+      const int joint = experiment_.channels[static_cast<std::size_t>(block.channel)].joint;
+      if (at_joint && names[static_cast<std::size_t>(joint)] != place) continue;
+      a += one.segment(block.first, block.count).squaredNorm();
+      b += other.segment(block.first, block.count).squaredNorm();
+    }
+    return b > 0.0 ? 1.0 - a / b : 0.0;
   }
 
   /// Whether one of its strengths is off neutral beyond its error.

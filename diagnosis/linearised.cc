@@ -170,6 +170,11 @@ double Linearised::heldout(const Set& set) const {
   return s.possible ? -0.5 * (validate_ * s.step).squaredNorm() : -HUGE_VAL;
 }
 
+Eigen::VectorXd Linearised::heldout_rest(const Set& set) const {
+  const Solved s = solve(set, gram_, samples_);
+  return s.possible ? Eigen::VectorXd(validate_ * s.step) : Eigen::VectorXd();
+}
+
 std::vector<double> Linearised::heldout_blocks(const Set& set, Eigen::Index length) const {
   const Solved s = solve(set, gram_, samples_);
   std::vector<double> out;

@@ -60,6 +60,7 @@ class Linearised {
   double heldout(const Set& set) const;
   /// The same, part by part of the rows, each `length` long.
   std::vector<double> heldout_blocks(const Set& set, Eigen::Index length) const;
+  Eigen::VectorXd heldout_rest(const Set& set) const;  ///< the whitened validate rows themselves; empty: impossible
   double train_energy(const Set& set) const;  ///< whitened, at those numbers
 
   /// Mean over `draws` of the shares of exp(evidence) among `sets`, blocks drawn with replacement.

@@ -245,7 +245,7 @@ std::shared_ptr<const CommandTrack> held_at(const CommandTrack& track, const std
 }
 
 /// A whole recording for inverse dynamics: everything on one even clock, what is compared filtered as the prediction
-/// is (once with the motion, once with the comparison) and thinned.
+/// is, and thinned.
 Segment make_inverse_segment(const Scenario& scenario, int index, const std::vector<Cut>& cuts,
                              const std::vector<Channel>& channels) {
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];

@@ -17,7 +17,7 @@ struct LoadDependentFriction {
             "coulomb_friction",
             "P. Hamon, M. Gautier, P. Garrec, Dynamic identification of robots with a dry friction model depending on "
             "load, IROS 2010",
-            {{"mu", "1", 0.0, 0.0, 0.9, "share of the load", Scale::ratio, {0.05}}, creep_speed()}};
+            {{"mu", "1", 0.0, 0.0, 0.5, "share of the load", Scale::ratio, {0.05}}, creep_speed()}};
   }
   static constexpr bool loaded = true;
   template <class T>
