@@ -32,7 +32,7 @@ constexpr double kOwnStep = 1e-3;
 constexpr double kFitTolerance = 1e-6;
 constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
 constexpr double kLeastClaim = 0.5;    ///< probability of a class under which nothing is claimed
-constexpr double kLeastShare = 0.1;    ///< of what a joint is left with: what explains less is no explanation of it
+constexpr double kLeastOfRest = 0.1;    ///< of what a joint is left with: what explains less is no explanation of it
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 
 using Place = std::pair<std::string, std::string>;  // effect, where
@@ -748,7 +748,7 @@ class EffortSearch {
         const Linearised::Set without = near.toggled(now, k);
         const double loss = near.evidence(now) - near.evidence(without);
         const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
-        const bool small = !validate_.empty() && share_at_its_place(near, now, without, spec.place) < kLeastShare;
+        const bool small = !validate_.empty() && share_at_its_place(near, now, without, spec.place) < kLeastOfRest;
         const bool idle = small || (loss < kWindow && !is_determined(spec));
         if (small) negligible.insert(place_of(spec));
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
