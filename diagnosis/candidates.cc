@@ -28,7 +28,8 @@ bool has_channel(const Experiment& experiment, ChannelKind kind, int joint) {
 /// the measurement, what reads the motion was taken as it is, and what lies between two sides shows in the actuator's.
 bool shows(const EffectInfo& info, const Experiment& experiment, int j) {
   if (!std::holds_alternative<InverseDynamics>(experiment.prediction)) return !info.in_efforts;
-  if (!has_channel(experiment, ChannelKind::effort, j) && !has_channel(experiment, ChannelKind::command, j)) return false;
+  if (!has_channel(experiment, ChannelKind::effort, j) && !has_channel(experiment, ChannelKind::command, j))
+    return false;
   switch (info.stage) {
     case Stage::link: return true;
     case Stage::transmission: return info.in_efforts || has_channel(experiment, ChannelKind::motor_position, j);
@@ -63,7 +64,8 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
     for (int j = 0; j < current.model.dof(); ++j)
       any = any || ((!info.hydraulic || is_hydraulic(current, j)) && shows(info, experiment, j));
     const bool base_moves = hooks.base != nullptr;  // which a measured motion of the joints does not show
-    if (any && !(base_moves && std::holds_alternative<InverseDynamics>(experiment.prediction))) out.push_back({info.name, "arm", {}, {}, info.name});
+    if (any && !(base_moves && std::holds_alternative<InverseDynamics>(experiment.prediction)))
+      out.push_back({info.name, "arm", {}, {}, info.name});
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
       if (!can_act(info, hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;

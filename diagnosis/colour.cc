@@ -75,8 +75,7 @@ void Colour::whiten(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const ResidualBl
       const std::size_t p = static_cast<std::size_t>(std::min(k, order));
       const std::vector<double>& a = channel.predictors[p];
       auto row = rows.row(block.first + k);
-      for (std::size_t i = 0; i < p; ++i)
-        row -= a[i] * rows.row(block.first + k - 1 - static_cast<Eigen::Index>(i));
+      for (std::size_t i = 0; i < p; ++i) row -= a[i] * rows.row(block.first + k - 1 - static_cast<Eigen::Index>(i));
       row /= channel.deviations[p];
     }
   }

@@ -18,9 +18,9 @@ class Colour {
  public:
   static constexpr int kMostOrders = 8;
 
-  /// From residual rows and their blocks: autocovariances of each channel over all its blocks, Levinson's recursion, the
-  /// order by Schwarz's criterion. `floor`: rms of each channel's noise in the rows' unit, under which no innovation
-  /// lies; NaN or 0: unknown.
+  /// From residual rows and their blocks: autocovariances of each channel over all its blocks, Levinson's recursion,
+  /// the order by Schwarz's criterion. `floor`: rms of each channel's noise in the rows' unit, under which no
+  /// innovation lies; NaN or 0: unknown.
   Colour(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks, std::span<const double> floor);
 
   /// C^(-1/2) times the rows, block by block: innovations over their rms. The first ones of a block are predicted from

@@ -84,7 +84,8 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     out.unexplained.times = misfits(r1, blocks, noise, joints, experiment);
   }
   for (const int c : coloured_beyond_noise(r1, blocks, noise, out.unexplained.where, experiment)) {
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channels[static_cast<std::size_t>(c)].joint)];
+    const std::string& joint =
+        experiment.joint_names[static_cast<std::size_t>(channels[static_cast<std::size_t>(c)].joint)];
     out.unexplained.where.push_back(joint);
     out.unexplained.regions.push_back(joint + ": the rest is not white; its noise level is unknown");
   }
@@ -98,10 +99,9 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     out.unexplained.probability = rest / std::max(rest + std::max(removed, 0.0), 1e-300);
     for (Finding& finding : out.findings) leave_room(finding, out.unexplained.probability);
   }
-  out.verdict = out.findings.empty()
-                    ? (out.unexplained.present ? Verdict::unknown_physics : Verdict::consistent)
-                : mostly_unknown ? Verdict::unknown_physics
-                                 : Verdict::missing_physics;
+  out.verdict = out.findings.empty() ? (out.unexplained.present ? Verdict::unknown_physics : Verdict::consistent)
+                : mostly_unknown     ? Verdict::unknown_physics
+                                     : Verdict::missing_physics;
 }
 
 /// A rest on the test recordings that those which decide do not have: it changes no verdict, but is said.
@@ -143,9 +143,11 @@ std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentMode
   const std::vector<double> values = current.space.expand(current.fit.point);
   for (std::size_t k = plain.effects().size(); k < current.model.effects().size(); ++k) {
     const Component& c = current.model.effects()[k];
-    EffectSpec spec{effect_table()[static_cast<std::size_t>(c.type)].name, current.model.place_name(c), {}, c.recordings, ""};
+    EffectSpec spec{
+        effect_table()[static_cast<std::size_t>(c.type)].name, current.model.place_name(c), {}, c.recordings, ""};
     for (int i = c.first; i < c.first + c.count; ++i)
-      spec.parameters[current.model.parameters()[static_cast<std::size_t>(i)].key] = values[static_cast<std::size_t>(i)];
+      spec.parameters[current.model.parameters()[static_cast<std::size_t>(i)].key] =
+          values[static_cast<std::size_t>(i)];
     out.push_back(std::move(spec));
   }
   return out;
@@ -224,7 +226,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   CurrentModel current = before;
   StepChoice step = out.before.step;
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) {
-    EffortSearchOptions search{simulator, control, out.seed, [&](double d) { report("sets of effects", 0.35 + 0.55 * d); }};
+    EffortSearchOptions search{simulator, control, out.seed,
+                               [&](double d) { report("sets of effects", 0.35 + 0.55 * d); }};
     EffortSearchResult found = search_efforts(before, experiment, search);
     current = std::move(found.model);
     out.findings = std::move(found.findings);

@@ -130,8 +130,8 @@ struct Diagnosis {
   std::optional<Idim> idim;  ///< the yardstick, where efforts are compared
   std::vector<EngineGain> engines;
   std::vector<Whiteness> whiteness;
-  std::vector<Trace> traces;                     ///< of the first test recording
-  std::vector<std::vector<Trace>> predictions;   ///< of every test recording, joint by joint
+  std::vector<Trace> traces;                    ///< of the first test recording
+  std::vector<std::vector<Trace>> predictions;  ///< of every test recording, joint by joint
   std::vector<std::string> notes;
   double seconds = 0.0;
 };

@@ -20,19 +20,19 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostRounds = 40;
-constexpr double kWorthFitting = 10.0;   ///< log evidence that a change must bring
-constexpr double kSettled = 100.0;     ///< of a round, under which the colour of what is left is taken for known
-constexpr int kFitIterations = 8;      ///< of a set on its way; to the bottom at the end
-constexpr double kWindow = 8.0;        ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
-constexpr double kClassWindow = 3.0;   ///< within which rivals are not told apart: 20 to 1
-constexpr int kBlockDraws = 60;             ///< of block resamples
-constexpr double kBlockMemories = 5.0; ///< correlation times that a block spans at least
+constexpr double kWorthFitting = 10.0;  ///< log evidence that a change must bring
+constexpr double kSettled = 100.0;      ///< of a round, under which the colour of what is left is taken for known
+constexpr int kFitIterations = 8;       ///< of a set on its way; to the bottom at the end
+constexpr double kWindow = 8.0;  ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
+constexpr double kClassWindow = 3.0;    ///< within which rivals are not told apart: 20 to 1
+constexpr int kBlockDraws = 60;         ///< of block resamples
+constexpr double kBlockMemories = 5.0;  ///< correlation times that a block spans at least
 constexpr std::size_t kLeastBlocks = 10, kMostBlocks = 40;
 constexpr double kOwnStep = 1e-3;
 constexpr double kFitTolerance = 1e-6;
 constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
 constexpr double kLeastClaim = 0.5;    ///< probability of a class under which nothing is claimed
-constexpr double kLeastOfRest = 0.1;    ///< of what a joint is left with: what explains less is no explanation of it
+constexpr double kLeastOfRest = 0.1;   ///< of what a joint is left with: what explains less is no explanation of it
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 
 using Place = std::pair<std::string, std::string>;  // effect, where
@@ -63,7 +63,7 @@ std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec&
 
 /// What is changed of the set that stands.
 struct Change {
-  std::vector<EffectSpec> in;                   ///< with their starts in `own`
+  std::vector<EffectSpec> in;  ///< with their starts in `own`
   std::vector<std::vector<double>> own;
   std::vector<Place> out;
   std::vector<std::pair<Place, EffectSpec>> shaped;  ///< an effect and its spec with more numbers free
@@ -73,8 +73,12 @@ struct Change {
 class EffortSearch {
  public:
   EffortSearch(const CurrentModel& plain, const Experiment& experiment, const EffortSearchOptions& options)
-      : plain_(plain), experiment_(experiment), options_(options), train_(experiment.with_role(Role::train)),
-        validate_(experiment.with_role(Role::validate)), standing_{{}, plain} {
+      : plain_(plain),
+        experiment_(experiment),
+        options_(options),
+        train_(experiment.with_role(Role::train)),
+        validate_(experiment.with_role(Role::validate)),
+        standing_{{}, plain} {
     quiet_ = options.control;
     quiet_.progress = nullptr;
     quiet_.checkpoint.clear();
@@ -138,8 +142,8 @@ class EffortSearch {
     return true;
   }
 
-  /// What a channel leaves, times the root of how many samples say one thing: beside a prior each independent one counts
-  /// once.
+  /// What a channel leaves, times the root of how many samples say one thing: beside a prior each independent one
+  /// counts once.
   std::vector<double> independent_weights(const CurrentModel& model) const {
     std::vector<double> out = weights_from(model, experiment_, options_.simulator);
     const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
@@ -566,7 +570,10 @@ class EffortSearch {
   static bool overlap(const std::string& one, const std::string& other) {
     const EffectInfo &a = info_of(one), &b = info_of(other);
     if (a.in_parallel || b.in_parallel) return false;
-    if (are_kin(a, b)) return true;
+    const auto is = [](const char* name, const EffectInfo& info) {
+      return name != nullptr && name == std::string(info.name);
+    };
+    if (are_kin(a, b) || is(a.generalises, b) || is(b.generalises, a)) return true;
     return std::any_of(effect_table().begin(), effect_table().end(), [&](const EffectInfo& c) {
       return are_kin(a, c) && are_kin(b, c) && c.parameters.size() < std::min(a.parameters.size(), b.parameters.size());
     });
@@ -629,8 +636,8 @@ class EffortSearch {
     return true;
   }
 
-  /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine: a friction that
-  /// grows towards rest beside no sliding friction at all. Optional shapes may stand there.
+  /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine: a friction
+  /// that grows towards rest beside no sliding friction at all. Optional shapes may stand there.
   bool ends_within(const Hypothesis& h, const EffectSpec& spec) const {
     for (const std::size_t a : own_axes(h.model, spec)) {
       const Axis& axis = h.model.space.axes()[a];
@@ -648,8 +655,8 @@ class EffortSearch {
     return true;
   }
 
-  /// Log-likelihood that one fitted set gains over another on the validate recordings, which neither was fitted to. Less
-  /// than nothing counts for a refusal: what is put in must predict them.
+  /// Log-likelihood that one fitted set gains over another on the validate recordings, which neither was fitted to.
+  /// Less than nothing counts for a refusal: what is put in must predict them.
   double heldout_gain(const Hypothesis& one, const Hypothesis& other) const {
     if (validate_.empty()) return 0.0;
     const double gain = heldout_difference(one, other);
@@ -694,8 +701,7 @@ class EffortSearch {
     out.train = problem.residual(now.fit.point, train_);
     const Eigen::MatrixXd J = problem.jacobian(now.fit.point, out.train, train_);
     for (std::size_t a = 0; a < now.space.size(); ++a)
-      out.plain.push_back(
-          column_of(now.space.axes()[a], now.fit.point[a], {J.col(static_cast<Eigen::Index>(a)), {}}));
+      out.plain.push_back(column_of(now.space.axes()[a], now.fit.point[a], {J.col(static_cast<Eigen::Index>(a)), {}}));
     return out;
   }
   static double own_evidence(Surroundings s, const Colour& colour) {
@@ -733,8 +739,8 @@ class EffortSearch {
 
   // ---- what is claimed ----------------------------------------------------------------------------------------------
 
-  /// Takes out what the validate recordings are better predicted without, and what is as likely without it and so little
-  /// determined that nobody could say how large it is; each time by the fit without it.
+  /// Takes out what the validate recordings are better predicted without, and what is as likely without it and so
+  /// little determined that nobody could say how large it is; each time by the fit without it.
   void keep_what_predicts() {
     std::set<Place> needed, negligible;
     for (;;) {
@@ -765,9 +771,10 @@ class EffortSearch {
         continue;
       }
       standing_ = std::move(*next);
-      notes_.push_back(fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
-                                   "explains nothing to speak of on the validate ones",
-                                   gone.effect, gone.place));
+      notes_.push_back(
+          fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
+                      "explains nothing to speak of on the validate ones",
+                      gone.effect, gone.place));
     }
   }
 
@@ -823,9 +830,10 @@ class EffortSearch {
       if (class_probability(finding) >= kLeastClaim) {
         out.findings.push_back(std::move(finding));
       } else {
-        out.notes.push_back(fmt::format("{} at {} stays in the model, but is not claimed: that it is that or one of its "
-                                        "class has a probability of {:.2f}",
-                                        finding.effect, finding.place, class_probability(finding)));
+        out.notes.push_back(
+            fmt::format("{} at {} stays in the model, but is not claimed: that it is that or one of its "
+                        "class has a probability of {:.2f}",
+                        finding.effect, finding.place, class_probability(finding)));
       }
     }
   }
@@ -843,7 +851,7 @@ class EffortSearch {
       for (int e = 0; e < static_cast<int>(standing_.effects.size()); ++e)
         if (standing_.effects[static_cast<std::size_t>(e)].place == part.spec.place)
           if (!clashes(near, near.toggled(now, e), static_cast<int>(k)))
-          most = std::max(most, near.evidence(near.toggled(near.toggled(now, e), static_cast<int>(k))));
+            most = std::max(most, near.evidence(near.toggled(near.toggled(now, e), static_cast<int>(k))));
       auto& there = best.emplace(place_of(part.spec), std::make_pair(-HUGE_VAL, k)).first->second;
       if (most - standing > there.first) there = {most - standing, k};
     }
@@ -876,7 +884,8 @@ class EffortSearch {
     const double standing = near.evidence(now);
     for (std::size_t s = 2; s < sets.size(); ++s) {
       const Part& part = near.parts()[static_cast<std::size_t>(rivals[s])];
-      out.rivals.push_back({part.spec.effect, part.spec.place, shares[s], part.spec.parameters, part.start.front(), {}});
+      out.rivals.push_back(
+          {part.spec.effect, part.spec.place, shares[s], part.spec.parameters, part.start.front(), {}});
       if (standing - near.evidence(sets[s]) < kClassWindow) out.members.push_back(part.spec.effect);
     }
     std::stable_sort(out.rivals.begin(), out.rivals.end(),
@@ -886,7 +895,8 @@ class EffortSearch {
     const std::vector<double> with = near.heldout_blocks(now, second), without = near.heldout_blocks(sets[1], second);
     double sum = 0.0, squares = 0.0;
     const double n = static_cast<double>(with.size());
-    for (std::size_t b = 0; b < with.size(); ++b) sum += with[b] - without[b], squares += std::pow(with[b] - without[b], 2);
+    for (std::size_t b = 0; b < with.size(); ++b)
+      sum += with[b] - without[b], squares += std::pow(with[b] - without[b], 2);
     out.heldout_error = n > 1 ? std::sqrt(std::max(0.0, squares - sum * sum / n)) : 0.0;
     out.heldout_share = 1.0 - near.heldout(now) / std::min(near.heldout(sets[1]), -1e-300);
     const double gain = 0.5 * (near.train_energy(sets[1]) - near.train_energy(now));

@@ -21,7 +21,7 @@ namespace lacuna {
 inline constexpr double kGainError = 0.1;
 
 struct EffortSearchResult {
-  CurrentModel model;            ///< fitted, with everything that is claimed and the efforts' scales
+  CurrentModel model;  ///< fitted, with everything that is claimed and the efforts' scales
   std::vector<Finding> findings;
   std::vector<std::vector<Candidate>> rounds;
   std::vector<std::string> notes;

@@ -198,11 +198,12 @@ std::optional<Idim> regress_base_parameters(const PlantModel& model, const Exper
   out.columns = static_cast<int>(train.columns.cols());
   for (int j = 0; j < model.dof(); ++j) {
     const Eigen::Index first = model.dof() * kOfLink + j * kOfJoint;
-    out.joints.push_back({experiment.joint_names[static_cast<std::size_t>(j)], x(first), x(first + 1), x(first + 2),
-                          x(first + 3)});
+    out.joints.push_back(
+        {experiment.joint_names[static_cast<std::size_t>(j)], x(first), x(first + 1), x(first + 2), x(first + 3)});
   }
   for (const Role role : {Role::train, Role::validate, Role::test}) {
-    const std::vector<double> rms = rms_of(role == Role::train ? train : rows_of(model, experiment, role), x, weights.size());
+    const std::vector<double> rms =
+        rms_of(role == Role::train ? train : rows_of(model, experiment, role), x, weights.size());
     JointRms named;
     for (const std::size_t c : effort_channels(experiment))
       named.emplace_back(experiment.joint_names[static_cast<std::size_t>(experiment.channels[c].joint)], rms[c]);

@@ -1,7 +1,7 @@
-// The field's yardstick: the inverse dynamic identification model by base parameters, with viscous and Coulomb friction,
-// offset and armature at every joint, by linear least squares. M. Gautier, W. Khalil, IEEE Trans. Robotics Autom. 6
-// (1990). Ten inertial numbers a link, no prior, no physics but what is linear: a diagnosis in efforts that predicts
-// worse than this has no use.
+// The field's yardstick: the inverse dynamic identification model by base parameters, with viscous and Coulomb
+// friction, offset and armature at every joint, by linear least squares. M. Gautier, W. Khalil, IEEE Trans. Robotics
+// Autom. 6 (1990). Ten inertial numbers a link, no prior, no physics but what is linear: a diagnosis in efforts that
+// predicts worse than this has no use.
 #pragma once
 
 #include <optional>

@@ -91,8 +91,6 @@ std::optional<ScreenedEffect> best_start(const EffectSpec& spec, const ScreenedE
 }  // namespace
 
 bool are_kin(const EffectInfo& one, const EffectInfo& other) {
-  const auto is = [](const char* name, const EffectInfo& info) { return name != nullptr && name == std::string(info.name); };
-  if (is(one.generalises, other) || is(other.generalises, one)) return true;
   const auto a = numbers_of(one), b = numbers_of(other);
   return a != b && one.where == other.where &&
          (std::includes(a.begin(), a.end(), b.begin(), b.end()) ||

@@ -9,8 +9,7 @@
 
 namespace lacuna {
 
-/// Whether all numbers of one are found among those of the other, by name and unit (optional ones not counted), or it says that it
-/// generalises the other.
+/// Whether all numbers of one are found among those of the other, by name and unit; optional ones not counted.
 bool are_kin(const EffectInfo& one, const EffectInfo& other);
 
 /// `kin` at the place of `source`, whose re-identified model is `model`: numbers that both have are those found, and of

@@ -129,8 +129,7 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
       if (scaled > most) most = scaled, worst = i;
     }
     if (worst < 0) {
-      const double determinant =
-          2.0 * (llt.matrixLLT().diagonal().array().log().sum() - scale.array().log().sum());
+      const double determinant = 2.0 * (llt.matrixLLT().diagonal().array().log().sum() - scale.array().log().sum());
       out.energy = cost + b.dot(out.step);
       out.evidence = -0.5 * out.energy - 0.5 * (determinant + spread) + log_prior(set);
       out.possible = std::isfinite(out.evidence) && samples > 0.0;

@@ -5,9 +5,9 @@
 // The evidence of a set gamma of effects is Laplace's, exact here since all is linear and Gaussian:
 //   log m(gamma) = -1/2 min_delta (|W r|^2 + |(x + delta - center)/s|^2) - 1/2 log|I + S^1/2 J' W'W J S^1/2|
 //                  + log prior(gamma),   prior(gamma) = h^k (1 - h) / (number of sets of k effects).
-// All it needs of the data are inner products of columns, kept block by block in time, so that blocks can be drawn again
-// (block bagging: J. H. Huggins, J. W. Miller, Reproducible model selection using bagged posteriors, Bayesian Analysis
-// 2023).
+// All it needs of the data are inner products of columns, kept block by block in time, so that blocks can be drawn
+// again (block bagging: J. H. Huggins, J. W. Miller, Reproducible model selection using bagged posteriors, Bayesian
+// Analysis 2023).
 #pragma once
 
 #include <Eigen/Core>
@@ -22,21 +22,21 @@ namespace lacuna {
 
 /// A number that a hypothesis is free in: its column and its prior, both in the search coordinate.
 struct LinearColumn {
-  Eigen::VectorXd train, validate;  ///< whitened sensitivities
-  double from_center = 0.0;         ///< where it stands, from the centre of its prior
-  double prior = HUGE_VAL;          ///< standard deviation
+  Eigen::VectorXd train, validate;                ///< whitened sensitivities
+  double from_center = 0.0;                       ///< where it stands, from the centre of its prior
+  double prior = HUGE_VAL;                        ///< standard deviation
   double lowest = -HUGE_VAL, highest = HUGE_VAL;  ///< room of its step
 };
 
 /// What a hypothesis may hold or not.
 struct Part {
   EffectSpec spec;
-  bool present = false;                     ///< in the model that everything is linear about
-  double choices = 1.0;                     ///< alike beforehand, one of which it is (which recordings it acts in)
-  int needs = -1;                           ///< the part without which this one says nothing (its effect); -1: none
-  Eigen::VectorXd train, validate;          ///< whitened change of the residual when it is toggled
-  std::vector<LinearColumn> columns;        ///< of its own numbers
-  std::vector<std::vector<double>> start;   ///< own search coordinates of an absent one, to start a fit from
+  bool present = false;                    ///< in the model that everything is linear about
+  double choices = 1.0;                    ///< alike beforehand, one of which it is (which recordings it acts in)
+  int needs = -1;                          ///< the part without which this one says nothing (its effect); -1: none
+  Eigen::VectorXd train, validate;         ///< whitened change of the residual when it is toggled
+  std::vector<LinearColumn> columns;       ///< of its own numbers
+  std::vector<std::vector<double>> start;  ///< own search coordinates of an absent one, to start a fit from
 };
 
 class Linearised {
@@ -61,7 +61,7 @@ class Linearised {
   /// The same, part by part of the rows, each `length` long.
   std::vector<double> heldout_blocks(const Set& set, Eigen::Index length) const;
   Eigen::VectorXd heldout_rest(const Set& set) const;  ///< the whitened validate rows themselves; empty: impossible
-  double train_energy(const Set& set) const;  ///< whitened, at those numbers
+  double train_energy(const Set& set) const;           ///< whitened, at those numbers
 
   /// Mean over `draws` of the shares of exp(evidence) among `sets`, blocks drawn with replacement.
   std::vector<double> bagged(const std::vector<Set>& sets, int draws, std::uint64_t seed) const;
@@ -81,11 +81,12 @@ class Linearised {
   double log_prior(const Set& set) const;
 
   std::vector<Part> parts_;
-  std::vector<const LinearColumn*> columns_;   ///< all, in the order of the matrices below
+  std::vector<const LinearColumn*> columns_;  ///< all, in the order of the matrices below
   std::vector<LinearColumn> plain_;
-  std::vector<Eigen::Index> first_column_;     ///< of each part's own
-  Eigen::Index plain_count_ = 0, offsets_ = 0; ///< columns: residual, plain, own of all parts, then offsets of all parts
-  Eigen::MatrixXd validate_;                   ///< rows x columns
+  std::vector<Eigen::Index> first_column_;  ///< of each part's own
+  Eigen::Index plain_count_ = 0,
+               offsets_ = 0;  ///< columns: residual, plain, own of all parts, then offsets of all parts
+  Eigen::MatrixXd validate_;  ///< rows x columns
   Eigen::MatrixXd gram_;
   std::vector<Eigen::MatrixXd> block_grams_;
   double samples_ = 0.0;

@@ -111,10 +111,11 @@ class Efforts {
   }
 
  private:
-  std::size_t joint_of(std::size_t channel) const { return static_cast<std::size_t>(free_run_.channels[channel].joint); }
+  std::size_t joint_of(std::size_t channel) const {
+    return static_cast<std::size_t>(free_run_.channels[channel].joint);
+  }
   Problem problem(const Experiment& experiment) const {
-    return {model_.model, experiment, model_.space, options_,
-            std::vector<double>(experiment_.channels.size(), 1.0)};
+    return {model_.model, experiment, model_.space, options_, std::vector<double>(experiment_.channels.size(), 1.0)};
   }
   Eigen::VectorXd of(const Experiment& experiment) const {
     return problem(experiment).residuals_of(std::vector<std::vector<double>>{values_}, segments_).front();
@@ -230,8 +231,9 @@ JointEffort joint_effort(const Efforts& efforts, std::size_t joint, const std::v
     if (experiment.channels[static_cast<std::size_t>(block.channel)].joint != static_cast<int>(joint)) continue;
     own.push_back(block);
     const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
-    const JointStates here = joint_states(
-        efforts.free_run(), efforts.free_run().segments[static_cast<std::size_t>(block.segment)], joint, segment.compared);
+    const JointStates here =
+        joint_states(efforts.free_run(), efforts.free_run().segments[static_cast<std::size_t>(block.segment)], joint,
+                     segment.compared);
     const auto part = missing.segment(block.first, block.count);
     if (out.d.empty()) {
       out.found.recording = segment.file;

@@ -59,8 +59,9 @@ constexpr double kLikely = 0.01;
 std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing);
 
 /// All joints, largest share first; empty where inverse dynamics cannot be had: a joint's position is not measured, its
-/// noise is unknown, a recording is shorter than ten cycles of the cutoff, or the cutoff is beyond the sampling. Reads train and validate recordings. p-values are corrected (Bonferroni) for joints times
-/// regions, joints times quantities, joints times possible changes.
+/// noise is unknown, a recording is shorter than ten cycles of the cutoff, or the cutoff is beyond the sampling. Reads
+/// train and validate recordings. p-values are corrected (Bonferroni) for joints times regions, joints times
+/// quantities, joints times possible changes.
 std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
                                            const SimulatorOptions& options, std::uint64_t seed);
 

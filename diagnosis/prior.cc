@@ -8,12 +8,12 @@
 namespace lacuna {
 namespace {
 
-constexpr double kRatioPrior = 0.3;    ///< of shares and logarithms of masses
-constexpr double kScaleError = 0.1;    ///< of a drive's gain: such figures are known to about a tenth
-constexpr double kMostScale = 3.0;     ///< standard deviations: beyond it something else is wrong
-constexpr double kMassPrior = 0.3;     ///< of the arm's mass: a load
-constexpr double kDecade = 2.3;        ///< of what is known by its order of magnitude only
-constexpr double kOfRange = 0.5;       ///< of a plain number's range
+constexpr double kRatioPrior = 0.3;  ///< of shares and logarithms of masses
+constexpr double kScaleError = 0.1;  ///< of a drive's gain: such figures are known to about a tenth
+constexpr double kMostScale = 3.0;   ///< standard deviations: beyond it something else is wrong
+constexpr double kMassPrior = 0.3;   ///< of the arm's mass: a load
+constexpr double kDecade = 2.3;      ///< of what is known by its order of magnitude only
+constexpr double kOfRange = 0.5;     ///< of a plain number's range
 
 /// Of an effect's own number, in its search coordinate.
 double deviation(const Parameter& p, const PlantModel& model, const Experiment& experiment) {

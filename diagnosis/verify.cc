@@ -58,8 +58,13 @@ std::vector<std::vector<Trace>> traces(const CurrentModel& before, const Current
       if (!is_leading(experiment, c)) continue;
       const Channel& channel = experiment.channels[c];
       if (drawn == out[at].size())
-        out[at].push_back({segment.file, experiment.joint_names[static_cast<std::size_t>(channel.joint)], channel.unit,
-                           {}, {}, {}, {}});
+        out[at].push_back({segment.file,
+                           experiment.joint_names[static_cast<std::size_t>(channel.joint)],
+                           channel.unit,
+                           {},
+                           {},
+                           {},
+                           {}});
       Trace& t = out[at][drawn++];
       for (std::size_t k = 0; k < segment.measured[c].size(); ++k) {
         t.time.push_back(segment.compared_time(k));

@@ -78,8 +78,7 @@ std::vector<ResidualBlock> Problem::layout(std::span<const int> segments) const 
     const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
     for (std::size_t c = 0; c < weights_.size(); ++c) {
       const auto& column = segment.measured[c];
-      const Eigen::Index count =
-          std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
+      const Eigen::Index count = std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
       out.push_back({s, static_cast<int>(c), row, count});
       row += count;
     }

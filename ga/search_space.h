@@ -88,7 +88,7 @@ class SearchSpace {
   void expand_masses(std::span<const double> point, std::vector<double>& values) const;
 
   std::vector<Axis> axes_;
-  std::vector<double> base_;  ///< values of the model
+  std::vector<double> base_;                                 ///< values of the model
   std::vector<std::pair<std::size_t, std::size_t>> orders_;  ///< parameters of which the first is at least the second
   int dependent_ = -1;
   double dependent_lower_ = 0.0, dependent_upper_ = 0.0;

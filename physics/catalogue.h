@@ -49,9 +49,9 @@ struct EffectInfo {
   /// inertia behind it. Null: none.
   const char* contains = nullptr;
   bool hydraulic = false;  ///< its cause is a valve's or cylinder's: not sought where the effort itself is commanded
-  /// Sought where efforts are predicted: of positions alone, its numbers and those of others that do the same to a motion
-  /// (a valve's offset, an actuator's damping, a shifted centre of mass) are hardly told apart. A scenario may hold it
-  /// anywhere.
+  /// Sought where efforts are predicted: of positions alone, its numbers and those of others that do the same to a
+  /// motion (a valve's offset, an actuator's damping, a shifted centre of mass) are hardly told apart. A scenario may
+  /// hold it anywhere.
   bool in_efforts = false;
   /// The effect that this one is where its numbers agree (beside those told by equal names); null: none.
   const char* generalises = nullptr;

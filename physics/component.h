@@ -131,8 +131,8 @@ struct Hooks {
   void (*sense)(const T* p, const std::vector<double>& time, T* q, std::size_t stride) = nullptr;
   T (*unsense)(const T* p, const T& q) = nullptr;       ///< position behind a reading at rest
   T (*measure)(const T* p, const T& effort) = nullptr;  ///< N m or N: what the joint's transducer makes of its effort
-  /// Of a transmission, whose first state is the actuator's side: by how much that leads the link at rest under an effort
-  /// that passes, rad (m).
+  /// Of a transmission, whose first state is the actuator's side: by how much that leads the link at rest under an
+  /// effort that passes, rad (m).
   T (*lead)(const T* p, const T& effort) = nullptr;
   BaseSpring<T> (*base)(const T* p) = nullptr;  ///< what the base stands on: of effects on the arm
   // One lane at a time, once for a simulation:

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "physics/quantity.h"
 #include "physics/noise.h"
+#include "physics/quantity.h"
 #include "physics/units.h"
 #include "scenarios/error.h"
 
@@ -500,8 +500,7 @@ Experiment make_experiment(const Scenario& scenario) {
   }
   std::vector<Cut> cuts;
   const std::map<std::string, double> session = session_offsets(scenario);
-  for (const RecordingSpec& spec : scenario.recordings)
-    cuts.push_back(cut(scenario, spec, session.at(spec.file)));
+  for (const RecordingSpec& spec : scenario.recordings) cuts.push_back(cut(scenario, spec, session.at(spec.file)));
   if (cuts.empty()) throw InputError(scenario.file.string() + ": recordings", "none", "at least one");
   const std::vector<double>& clock = cuts.front().track->time;
   out.sample_period = scenario.sample_period.value_or(inverse(scenario) ? even_times(clock)[1] : median_spacing(clock));

@@ -16,7 +16,8 @@ struct Channel {
   ChannelKind kind = ChannelKind::position;
   int joint = 0;
   std::string unit;
-  double noise = 0.0;  ///< rms, channel units, of what is compared (after any filter); NaN: neither stated nor estimated
+  double noise =
+      0.0;  ///< rms, channel units, of what is compared (after any filter); NaN: neither stated nor estimated
   bool noise_stated = false;
 };
 

@@ -1,8 +1,8 @@
 // What a measured motion needs: efforts by inverse dynamics, component states and memories carried along it.
 //
 // The motion is measured and filtered (Segment::motion), which is flat over the motion's own band; what it needs passes
-// the same filter as the efforts that it is compared with, once each, so that the corners of friction are rounded alike,
-// and both are thinned alike. No measured signal is changed.
+// the same filter as the efforts that it is compared with, once each, so that the corners of friction are rounded
+// alike, and both are thinned alike. No measured signal is changed.
 #pragma once
 
 #include <cmath>
@@ -145,8 +145,8 @@ class InverseDynamicsRun {
     return plant_.driven_effort(j, now_, q_[i], v_[i], u_[i], z_.data(), m_.data());
   }
 
-  /// What the drive must give joint j; `all_of_it`: with what its actuator gives by itself, where that is no loss behind
-  /// the point at which efforts are measured.
+  /// What the drive must give joint j; `all_of_it`: with what its actuator gives by itself, where that is no loss
+  /// behind the point at which efforts are measured.
   T needed_effort(int j, bool all_of_it) {
     const std::size_t i = static_cast<std::size_t>(j);
     const T direction(motion_.direction[i][sample_]);

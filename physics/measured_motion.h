@@ -20,8 +20,8 @@ struct RawMotion {
 
 /// [joint][sample] each, on even samples. A joint without measured position stands still at 0.
 struct MeasuredMotion {
-  double rate = 0.0;            ///< Hz
-  std::vector<double> time;     ///< s, even
+  double rate = 0.0;         ///< Hz
+  std::vector<double> time;  ///< s, even
   std::vector<std::vector<double>> q, v, a;
   std::vector<double> v_error;  ///< [joint], rms of the speeds' noise after the filter; 0 where unknown
   /// [joint][sample]: -1, 0, 1, the way in which the joint slides, or slid last before it came to rest: what rests may

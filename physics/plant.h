@@ -118,8 +118,8 @@ class Plant {
     s.u = T(0.0);
     return whole - actuator_effort(joint(j), s, z, nullptr);
   }
-  /// What a drive that stores energy itself (an oil spring) gives by itself: it stands before the point at which efforts
-  /// are measured. Losses and springs of other actuators stand behind it and are no part of this.
+  /// What a drive that stores energy itself (an oil spring) gives by itself: it stands before the point at which
+  /// efforts are measured. Losses and springs of other actuators stand behind it and are no part of this.
   T own_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z) {
     if (!stores_energy(j)) return T(0.0);
     return actuator_effort(joint(j), view(joint(j), now, q, v, T(0.0)), z, nullptr);
@@ -147,8 +147,8 @@ class Plant {
     }
     return q;
   }
-  /// What acts on the link besides, where the joint is also loaded by `given` (N m or N). What a transmission carries is
-  /// none of it: that is the drive's own effort on its way.
+  /// What acts on the link besides, where the joint is also loaded by `given` (N m or N). What a transmission carries
+  /// is none of it: that is the drive's own effort on its way.
   T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m, const T& given) {
     return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, given, false);
   }

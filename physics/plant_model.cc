@@ -161,10 +161,11 @@ int PlantModel::count_apart(const EffectSpec& spec) const {
   for (const Component& c : effects_) {
     if (effect_table()[static_cast<std::size_t>(c.type)].name != spec.effect || place_name(c) != spec.place) continue;
     ++out;
-    const bool apart = !c.recordings.empty() && !spec.recordings.empty() &&
-                       std::none_of(c.recordings.begin(), c.recordings.end(), [&](const std::string& file) {
-                         return std::find(spec.recordings.begin(), spec.recordings.end(), file) != spec.recordings.end();
-                       });
+    const bool apart =
+        !c.recordings.empty() && !spec.recordings.empty() &&
+        std::none_of(c.recordings.begin(), c.recordings.end(), [&](const std::string& file) {
+          return std::find(spec.recordings.begin(), spec.recordings.end(), file) != spec.recordings.end();
+        });
     if (!apart)
       throw InputError(spec.where, spec.effect + " at " + spec.place + " twice",
                        "each effect once at a place, or in different recordings");
@@ -194,8 +195,9 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     const std::string command = p.joint >= 0 ? command_unit(p.joint) : kAnyCommand;
     const double value = checked(p, spec.parameters, spec.where, spec.effect);
     const std::string again = others > 0 ? fmt::format("#{}", others + 1) : "";
-    parameters_.push_back({spec.place + "." + spec.effect + again + "." + p.key, unit_at(p.info->unit, prismatic, command),
-                           value, p.info->neutral, p.info->lower, p.info->upper, p.info, p.key, p.joint});
+    parameters_.push_back({spec.place + "." + spec.effect + again + "." + p.key,
+                           unit_at(p.info->unit, prismatic, command), value, p.info->neutral, p.info->lower,
+                           p.info->upper, p.info, p.key, p.joint});
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
   if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);

@@ -329,9 +329,7 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
                                     x_.data() + 2 * n_, memory_.data());
         value = plant_.measured_effort(channels[c].joint, value);
         break;
-      case ChannelKind::motor_position:
-        value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_);
-        break;
+      case ChannelKind::motor_position: value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_); break;
       case ChannelKind::position: value = x_[j]; break;
       case ChannelKind::command:
       case ChannelKind::pressure_a:

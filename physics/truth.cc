@@ -377,9 +377,9 @@ class TruthRun {
       if (channels[c].kind == ChannelKind::motor_position)
         value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_);
       if (channels[c].kind == ChannelKind::effort)
-        value = plant_.measured_effort(channels[c].joint,
-                                       plant_.drive_effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j],
-                                                           u_[j], x_.data() + 2 * n_, memory_.data()));
+        value = plant_.measured_effort(
+            channels[c].joint, plant_.drive_effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j],
+                                                   x_.data() + 2 * n_, memory_.data()));
       out[c].push_back(static_cast<double>(value));
     }
   }

@@ -9,10 +9,18 @@ namespace lacuna {
 namespace {
 
 std::string linear_for(const std::string& unit) {
-  static const std::vector<std::pair<std::string, std::string>> kLinear = {
-      {"N m/V", "N/V"},       {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"rad/(s V)", "m/(s V)"},
-      {"rad/s", "m/s"},       {"rad", "m"},           {"N m", "N"},       {"N m s^2/rad^2", "N s^2/m^2"},
-      {"N m/rad^3", "N/m^3"}, {"kg m^2", "kg"}, {"N m (s/rad)^p", "N (s/m)^p"}, {"1/rad", "1/m"}};
+  static const std::vector<std::pair<std::string, std::string>> kLinear = {{"N m/V", "N/V"},
+                                                                           {"N m s/rad", "N s/m"},
+                                                                           {"N m/rad", "N/m"},
+                                                                           {"rad/(s V)", "m/(s V)"},
+                                                                           {"rad/s", "m/s"},
+                                                                           {"rad", "m"},
+                                                                           {"N m", "N"},
+                                                                           {"N m s^2/rad^2", "N s^2/m^2"},
+                                                                           {"N m/rad^3", "N/m^3"},
+                                                                           {"kg m^2", "kg"},
+                                                                           {"N m (s/rad)^p", "N (s/m)^p"},
+                                                                           {"1/rad", "1/m"}};
   for (const auto& [angular, straight] : kLinear) {
     if (unit == angular) return straight;
   }

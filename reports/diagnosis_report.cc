@@ -363,12 +363,13 @@ Html idim_section(const Diagnosis& d) {
     }
   }
   return table.html() +
-         paragraph(fmt::format("rms on the {} recordings. The regression (inverse dynamic identification model) has ten "
-                               "numbers for every link, of which the recordings determine {} combinations, and viscous "
-                               "and Coulomb friction, an offset and an armature at every joint; it is linear, knows no "
-                               "other physics and is fitted to the same recordings.",
-                               to_string(role), d.idim->rank),
-                   "muted small");
+         paragraph(
+             fmt::format("rms on the {} recordings. The regression (inverse dynamic identification model) has ten "
+                         "numbers for every link, of which the recordings determine {} combinations, and viscous "
+                         "and Coulomb friction, an offset and an armature at every joint; it is linear, knows no "
+                         "other physics and is fitted to the same recordings.",
+                         to_string(role), d.idim->rank),
+             "muted small");
 }
 
 Html before_after_section(const Diagnosis& d) {

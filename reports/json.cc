@@ -223,8 +223,11 @@ Json idim_of(const std::optional<Idim>& idim) {
   for (const auto& [role, values] : idim->rms) rms[to_string(role)] = json_of(values);
   for (const IdimJoint& j : idim->joints)
     joints[j.joint] = {{"viscous", j.viscous}, {"coulomb", j.coulomb}, {"offset", j.offset}, {"armature", j.armature}};
-  return {{"rms", rms}, {"test", rms.contains("test") ? rms["test"] : Json(nullptr)}, {"rank", idim->rank},
-          {"columns", idim->columns}, {"joints", joints}};
+  return {{"rms", rms},
+          {"test", rms.contains("test") ? rms["test"] : Json(nullptr)},
+          {"rank", idim->rank},
+          {"columns", idim->columns},
+          {"joints", joints}};
 }
 
 /// Which file holds what of which test recording.

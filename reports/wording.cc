@@ -114,7 +114,8 @@ std::string consistent_sentence(const Scenario& scenario, const Diagnosis& d) {
 std::string by_effect(const std::vector<Finding>& findings) {
   std::vector<std::pair<std::string, std::vector<std::string>>> places;
   for (const Finding& finding : findings) {
-    const auto same = std::find_if(places.begin(), places.end(), [&](const auto& p) { return p.first == finding.effect; });
+    const auto same =
+        std::find_if(places.begin(), places.end(), [&](const auto& p) { return p.first == finding.effect; });
     auto& of = same == places.end() ? places.emplace_back(finding.effect, std::vector<std::string>{}) : *same;
     of.second.push_back(place_words(finding.place));
   }
@@ -129,7 +130,8 @@ std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
   const bool one = d.findings.size() == 1;
   std::vector<std::string> parts;
   for (const Finding& finding : d.findings) parts.push_back(finding_words(finding));
-  std::string out = (parts.size() < kMany ? list_of(parts) : by_effect(d.findings)) + (one ? " was left out" : " were left out");
+  std::string out =
+      (parts.size() < kMany ? list_of(parts) : by_effect(d.findings)) + (one ? " was left out" : " were left out");
   if (one) {
     const Finding& finding = d.findings.front();
     const std::string parameters = parameter_words(finding);

@@ -15,8 +15,9 @@ namespace lacuna {
 namespace {
 
 const char* const kScenarioFormat = "lacuna-scenario/1";
-constexpr std::array kKinds{ChannelKind::command,        ChannelKind::position,   ChannelKind::velocity,  ChannelKind::effort,
-                            ChannelKind::motor_position, ChannelKind::pressure_a, ChannelKind::pressure_b};
+constexpr std::array kKinds{ChannelKind::command,   ChannelKind::position,       ChannelKind::velocity,
+                            ChannelKind::effort,    ChannelKind::motor_position, ChannelKind::pressure_a,
+                            ChannelKind::pressure_b};
 constexpr double kFirstGuess = 1.0;  // kg, of a load whose mass is not given
 constexpr std::array kRoles{Role::train, Role::validate, Role::test};
 
@@ -297,10 +298,8 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
     spec.effect = "payload";
     spec.place = "arm";
     entry.at("name").text();  // for people
-    const std::size_t before =
-        static_cast<std::size_t>(std::count_if(out_.effects.begin(), out_.effects.end(), [](const EffectSpec& e) {
-          return e.effect == "payload";
-        }));
+    const std::size_t before = static_cast<std::size_t>(std::count_if(
+        out_.effects.begin(), out_.effects.end(), [](const EffectSpec& e) { return e.effect == "payload"; }));
     const auto mass = entry.find("mass");
     spec.parameters["m"] = mass ? mass->positive_number() : kFirstGuess;
     if (const auto place = entry.find("place")) {
@@ -328,10 +327,12 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
 void ScenarioParser::note_unused() {
   for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b})
     if (out_.channels.of.count(kind) > 0)
-      out_.notes.push_back(fmt::format("channels.{}: read and checked, but no model here predicts a pressure yet: it "
-                                       "is not used",
-                                       to_string(kind)));
-  const auto commands = out_.channels.of.find(ChannelKind::command), efforts = out_.channels.of.find(ChannelKind::effort);
+      out_.notes.push_back(
+          fmt::format("channels.{}: read and checked, but no model here predicts a pressure yet: it "
+                      "is not used",
+                      to_string(kind)));
+  const auto commands = out_.channels.of.find(ChannelKind::command),
+             efforts = out_.channels.of.find(ChannelKind::effort);
   if (!std::holds_alternative<InverseDynamics>(out_.prediction) || commands == out_.channels.of.end() ||
       efforts == out_.channels.of.end())
     return;

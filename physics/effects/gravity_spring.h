@@ -10,15 +10,15 @@ namespace lacuna {
 struct GravitySpring {
   static EffectInfo info() {
     EffectInfo info{"gravity_spring",
-            "Counterbalance",
-            Where::joint,
-            Stage::link,
-            "tau -= a sin(q) + b cos(q)",
-            "an effort that goes round with the joint's angle, as gravity does",
-            "link masses, com_shift, stiffness",
-            "gravity compensators of heavy industrial robots: A. Klimchik et al., ICRA 2013",
-            {{"a", "N m", 0.0, -1e9, 1e9, "sine part", Scale::effort, {0.05}},
-             {"b", "N m", 0.0, -1e9, 1e9, "cosine part", Scale::effort, {0.05}}}};
+                    "Counterbalance",
+                    Where::joint,
+                    Stage::link,
+                    "tau -= a sin(q) + b cos(q)",
+                    "an effort that goes round with the joint's angle, as gravity does",
+                    "link masses, com_shift, stiffness",
+                    "gravity compensators of heavy industrial robots: A. Klimchik et al., ICRA 2013",
+                    {{"a", "N m", 0.0, -1e9, 1e9, "sine part", Scale::effort, {0.05}},
+                     {"b", "N m", 0.0, -1e9, 1e9, "cosine part", Scale::effort, {0.05}}}};
     info.in_efforts = true;
     return info;
   }

@@ -8,26 +8,27 @@ namespace lacuna {
 /// alone, so the bristles are carried exactly from position to position. Neutral at Fc = 0.
 struct HysteresisFriction {
   static EffectInfo info() {
-    EffectInfo info{"hysteresis_friction",
-            "Hysteresis friction",
-            Where::joint,
-            Stage::link,
-            "tau -= sigma0 z + sigma1 dz/dt; dz = (1 - sigma0 z sgn(dq)/Fc) dq",
-            "loops before break-away",
-            "coulomb_friction, stiffness",
-            "P. R. Dahl, AIAA Journal 14 (1976); LuGre at constant friction: Canudas de Wit et al., IEEE TAC 40 (1995)",
-            {{"Fc", "N m", 0.0, 0.0, 1e9, "friction effort in motion", Scale::effort, {0.05}},
-             {"sigma0", "N m/rad", 1e3, 1e-6, 1e12, "stiffness of the bristles", Scale::stiffness, {1.0, 8.0}},
-             {"sigma1",
-              "N m s/rad",
-              0.0,
-              0.0,
-              1e9,
-              "damping of the bristles",
-              Scale::damping,
-              {0.02},
-              Coordinate::linear,
-              true}}};
+    EffectInfo info{
+        "hysteresis_friction",
+        "Hysteresis friction",
+        Where::joint,
+        Stage::link,
+        "tau -= sigma0 z + sigma1 dz/dt; dz = (1 - sigma0 z sgn(dq)/Fc) dq",
+        "loops before break-away",
+        "coulomb_friction, stiffness",
+        "P. R. Dahl, AIAA Journal 14 (1976); LuGre at constant friction: Canudas de Wit et al., IEEE TAC 40 (1995)",
+        {{"Fc", "N m", 0.0, 0.0, 1e9, "friction effort in motion", Scale::effort, {0.05}},
+         {"sigma0", "N m/rad", 1e3, 1e-6, 1e12, "stiffness of the bristles", Scale::stiffness, {1.0, 8.0}},
+         {"sigma1",
+          "N m s/rad",
+          0.0,
+          0.0,
+          1e9,
+          "damping of the bristles",
+          Scale::damping,
+          {0.02},
+          Coordinate::linear,
+          true}}};
     info.in_parallel = true;
     return info;
   }

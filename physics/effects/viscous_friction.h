@@ -9,14 +9,14 @@ namespace lacuna {
 struct ViscousFriction {
   static EffectInfo info() {
     EffectInfo info{"viscous_friction",
-            "Viscous friction",
-            Where::joint,
-            Stage::link,
-            "tau -= D v",
-            "error in proportion to speed",
-            "damping, actuator_lag",
-            "B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994)",
-            {{"D", "N m s/rad", 0.0, 0.0, 1e9, "effort per speed", Scale::damping, {0.1}}}};
+                    "Viscous friction",
+                    Where::joint,
+                    Stage::link,
+                    "tau -= D v",
+                    "error in proportion to speed",
+                    "damping, actuator_lag",
+                    "B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994)",
+                    {{"D", "N m s/rad", 0.0, 0.0, 1e9, "effort per speed", Scale::damping, {0.1}}}};
     info.in_efforts = true;
     return info;
   }
