@@ -63,6 +63,14 @@ std::optional<LeastSquaresResult> search(const CurrentModel& present, const Expe
 /// The best of the descents made and of further starts becomes the present solution.
 void best_of(std::vector<LeastSquaresResult> ends, const Experiment& experiment, const SimulatorOptions& simulator,
              const IdentifyOptions& options, CurrentModel& current, FitResult& fit) {
+  const auto& axes = current.space.axes();
+  const bool priors = std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); });
+  if (!priors) {  // nothing to draw further starts from
+    current.fit = std::move(*std::min_element(ends.begin(), ends.end(), [](const auto& a, const auto& b) {
+      return a.sum_of_squares < b.sum_of_squares;
+    }));
+    return;
+  }
   Problem problem(current.model, experiment, current.space, simulator, current.weights);
   LeastSquaresOptions descent;
   descent.iterations = kRefitIterations;

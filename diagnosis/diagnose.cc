@@ -195,7 +195,10 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.seed = options.identify.genetic.seed;
   const PlantModel model(scenario);
   Experiment experiment = make_experiment(scenario);
-  const SearchSpace space(model, scenario, Coordinates::ratios);
+  // Ratios with priors arrive from further off, but candidates of a simulated motion take several times as long in them
+  // (docs/method.md, tried and dropped).
+  const bool inverse = std::holds_alternative<InverseDynamics>(scenario.prediction);
+  const SearchSpace space(model, scenario, inverse ? Coordinates::ratios : Coordinates::values);
   DiagnosisCheckpoint saved(control.checkpoint, control.problem, control.writes);
 
   report("plain model", 0.02);
