@@ -66,9 +66,8 @@ void best_of(std::vector<LeastSquaresResult> ends, const Experiment& experiment,
   const auto& axes = current.space.axes();
   const bool priors = std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); });
   if (!priors) {  // nothing to draw further starts from
-    current.fit = std::move(*std::min_element(ends.begin(), ends.end(), [](const auto& a, const auto& b) {
-      return a.sum_of_squares < b.sum_of_squares;
-    }));
+    current.fit = std::move(*std::min_element(
+        ends.begin(), ends.end(), [](const auto& a, const auto& b) { return a.sum_of_squares < b.sum_of_squares; }));
     return;
   }
   Problem problem(current.model, experiment, current.space, simulator, current.weights);
