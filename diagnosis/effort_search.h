@@ -17,9 +17,6 @@
 
 namespace lacuna {
 
-/// Standard deviation of a drive gain's error where a scenario does not say: known to about a tenth.
-inline constexpr double kGainError = 0.1;
-
 struct EffortSearchResult {
   CurrentModel model;  ///< fitted, with everything that is claimed and the efforts' scales
   std::vector<Finding> findings;
