@@ -193,6 +193,8 @@ std::vector<double> SearchSpace::start() const {
 }
 
 std::vector<double> SearchSpace::expand(std::span<const double> point) const {
+  if (point.size() < axes_.size())
+    throw std::logic_error(fmt::format("SearchSpace::expand: {} coordinates for {} axes", point.size(), axes_.size()));
   std::vector<double> values = base_;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     values[static_cast<std::size_t>(axes_[a].parameter)] = axes_[a].value(point[a]);
