@@ -11,6 +11,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/rounds.h"
 #include "diagnosis/separate.h"
+#include "diagnosis/set_search.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
 #include "scenarios/error.h"
@@ -18,13 +19,52 @@
 namespace lacuna {
 namespace {
 
-constexpr double kColourError = 1e-3;  ///< of one joint called coloured whose rest is white
+constexpr double kColourError = 1e-3;       ///< of one joint called coloured whose rest is white
+constexpr double kMoreLikelyThanNot = 0.5;  ///< of a class, for the verdict to rest on it
 
-/// While a rest stays unexplained the model is known to be wrong: what explains the rest may explain the finding as
-/// well.
-void leave_room(Finding& finding, double unknown) {
-  finding.probability *= 1.0 - unknown;
-  for (Rival& rival : finding.rivals) rival.probability *= 1.0 - unknown;
+/// What the findings have explained at a joint of the recordings that were not fitted, and what is left there, both as
+/// energy over the noise's. NaN: its noise is unknown.
+struct JointEnergy {
+  double removed = 0.0, rest = 0.0;
+};
+
+/// [joint]
+std::vector<JointEnergy> explained_by_joint(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                                            std::span<const ResidualBlock> blocks, const std::vector<double>& noise,
+                                            const Experiment& experiment) {
+  std::vector<JointEnergy> out(experiment.joint_names.size());
+  for (const ResidualBlock& b : blocks) {
+    const auto c = static_cast<std::size_t>(b.channel);
+    JointEnergy& at = out[static_cast<std::size_t>(experiment.channels[c].joint)];
+    const double unit = noise[c] > 0.0 ? 1.0 / (noise[c] * noise[c]) : std::nan("");
+    const double left = unit * after.segment(b.first, b.count).squaredNorm();
+    at.removed += unit * before.segment(b.first, b.count).squaredNorm() - left;
+    at.rest += left - static_cast<double>(b.count);
+  }
+  for (JointEnergy& e : out) {
+    if (!std::isnan(e.rest)) e = {std::max(0.0, e.removed), std::max(0.0, e.rest)};
+  }
+  return out;
+}
+
+/// While a rest stays unexplained the model is known to be wrong: what explains it may explain a finding as well. How
+/// likely is the rest's share of what was missing at the finding's joint; of the arm, at all of them together. Joints
+/// are separate questions: a rest at one says nothing of what was removed at another.
+void leave_room(Diagnosis& out, const std::vector<JointEnergy>& joints, const Experiment& experiment) {
+  const auto unknown = [](const JointEnergy& e) {
+    return e.rest > 0.0 ? e.rest / (e.rest + e.removed) : 0.0;  // 0 where the noise is unknown
+  };
+  JointEnergy all;
+  for (const JointEnergy& e : joints)
+    if (!std::isnan(e.rest)) all.removed += e.removed, all.rest += e.rest;
+  out.unexplained.probability = unknown(all);
+  for (Finding& finding : out.findings) {
+    const auto& names = experiment.joint_names;
+    const auto at = std::find(names.begin(), names.end(), finding.place);
+    const double room = 1.0 - unknown(at == names.end() ? all : joints[static_cast<std::size_t>(at - names.begin())]);
+    finding.probability *= room;
+    for (Rival& rival : finding.rivals) rival.probability *= room;
+  }
 }
 
 /// Findings' own estimates, taken out of the fit's under their short names.
@@ -89,19 +129,16 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     out.unexplained.where.push_back(joint);
     out.unexplained.regions.push_back(joint + ": the rest is not white; its noise level is unknown");
   }
-  const bool noise_known = std::any_of(noise.begin(), noise.end(), [](double x) { return x > 0.0; });
   const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
   out.unexplained.share = rest / energy;
   out.unexplained.present = !out.unexplained.where.empty();
-  const double removed = r0.squaredNorm() - r1.squaredNorm();
-  const bool mostly_unknown = out.unexplained.present && noise_known && rest > removed;
-  if (out.unexplained.present && noise_known) {
-    out.unexplained.probability = rest / std::max(rest + std::max(removed, 0.0), 1e-300);
-    for (Finding& finding : out.findings) leave_room(finding, out.unexplained.probability);
-  }
-  out.verdict = out.findings.empty() ? (out.unexplained.present ? Verdict::unknown_physics : Verdict::consistent)
-                : mostly_unknown     ? Verdict::unknown_physics
-                                     : Verdict::missing_physics;
+  if (out.unexplained.present) leave_room(out, explained_by_joint(r0, r1, blocks, noise, experiment), experiment);
+  const bool claimed = std::any_of(out.findings.begin(), out.findings.end(),
+                                   [](const Finding& f) { return class_probability(f) > kMoreLikelyThanNot; });
+  const bool unknown = out.unexplained.present && (out.findings.empty() || !claimed);
+  out.verdict = unknown                ? Verdict::unknown_physics
+                : out.findings.empty() ? Verdict::consistent
+                                       : Verdict::missing_physics;
 }
 
 /// A rest on the test recordings that those which decide do not have: it changes no verdict, but is said.
@@ -245,6 +282,17 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     }
     current = rounds.current;
     simulator = rounds.simulator, step = rounds.step;
+    if (out.before.arrived && leaves_a_rest(current, experiment, simulator)) {
+      SetSearchOptions further{simulator, control, out.seed,
+                               [&](double d) { report("sets of effects", 0.7 + 0.2 * d); }};
+      if (auto found = search_sets(before, current, out.findings, experiment, further)) {
+        current = std::move(found->model);
+        simulator = found->simulator, step.step = simulator.max_step;
+        out.findings = std::move(found->findings);
+        out.rounds.insert(out.rounds.end(), found->rounds.begin(), found->rounds.end());
+        out.notes.insert(out.notes.end(), found->notes.begin(), found->notes.end());
+      }
+    }
   }
   out.added = added_effects(before.model, current);
 

@@ -73,8 +73,9 @@ struct Unexplained {
   std::vector<std::string> regions;
   std::vector<Misfit> times;  ///< when, in the recordings that were not fitted; most energy first
   double share = 0.0;         ///< of the validate residual energy above the noise, after the findings
-  /// That something outside the catalogue, or a combination of effects not tried, stands where findings are claimed:
-  /// the rest as a share of what was missing; 0 where no rest is significant or the noise is unknown.
+  /// That something outside the catalogue, or a combination of effects not tried, is missing: the rest, in units of the
+  /// noise, as a share of what was missing at all joints together; 0 where no rest is significant or the noise is
+  /// unknown. Findings leave room for it joint by joint.
   double probability = 0.0;
 };
 

@@ -8,10 +8,9 @@
 #include <set>
 
 #include "diagnosis/baseline.h"
-#include "diagnosis/colour.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/hypothesis.h"
 #include "diagnosis/kin.h"
-#include "diagnosis/linearised.h"
 #include "diagnosis/partial.h"
 #include "diagnosis/prior.h"
 #include "scenarios/error.h"
@@ -24,74 +23,30 @@ constexpr double kWorthFitting = 10.0;  ///< log evidence that a change must bri
 constexpr double kSettled = 100.0;      ///< of a round, under which the colour of what is left is taken for known
 constexpr int kFitIterations = 8;       ///< of a set on its way; to the bottom at the end
 constexpr double kWindow = 8.0;  ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
-constexpr double kClassWindow = 3.0;    ///< within which rivals are not told apart: 20 to 1
-constexpr int kBlockDraws = 60;         ///< of block resamples
-constexpr double kBlockMemories = 5.0;  ///< correlation times that a block spans at least
-constexpr std::size_t kLeastBlocks = 10, kMostBlocks = 40;
+constexpr double kClassWindow = 3.0;  ///< within which rivals are not told apart: 20 to 1
+constexpr int kBlockDraws = 60;       ///< of block resamples
 constexpr double kOwnStep = 1e-3;
-constexpr double kFitTolerance = 1e-6;
-constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
-constexpr double kLeastClaim = 0.5;    ///< probability of a class under which nothing is claimed
-constexpr double kLeastOfRest = 0.1;   ///< of what a joint is left with: what explains less is no explanation of it
-constexpr double kDetermined = 2.0;    ///< standard errors from neutral
-
-using Place = std::pair<std::string, std::string>;  // effect, where
-
-Place place_of(const EffectSpec& spec) { return {spec.effect, spec.place}; }
-
-const EffectInfo& info_of(const std::string& effect) {
-  return effect_table()[static_cast<std::size_t>(find_effect(effect))];
-}
-
-/// The set that stands: its effects in the order of the model, and the model fitted with them.
-struct Hypothesis {
-  std::vector<EffectSpec> effects;
-  CurrentModel model;
-};
-
-/// Axes of effect `spec` in the model: their indices.
-std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec& spec) {
-  const Component& c =
-      current.model.effects()[static_cast<std::size_t>(current.model.find_effect_at(spec.effect, spec.place))];
-  std::vector<std::size_t> out;
-  for (std::size_t a = 0; a < current.space.size(); ++a) {
-    const int p = current.space.axes()[a].parameter;
-    if (p >= c.first && p < c.first + c.count) out.push_back(a);
-  }
-  return out;
-}
-
-/// What is changed of the set that stands.
-struct Change {
-  std::vector<EffectSpec> in;  ///< with their starts in `own`
-  std::vector<std::vector<double>> own;
-  std::vector<Place> out;
-  std::vector<std::pair<Place, EffectSpec>> shaped;  ///< an effect and its spec with more numbers free
-  std::vector<std::vector<double>> shapes;           ///< values of those numbers, in the order of the new spec's axes
-};
+constexpr double kLeastClaim = 0.5;   ///< probability of a class under which nothing is claimed
+constexpr double kLeastOfRest = 0.1;  ///< of what a joint is left with: what explains less is no explanation of it
 
 class EffortSearch {
  public:
   EffortSearch(const CurrentModel& plain, const Experiment& experiment, const EffortSearchOptions& options)
-      : plain_(plain),
-        experiment_(experiment),
+      : experiment_(experiment),
         options_(options),
-        train_(experiment.with_role(Role::train)),
-        validate_(experiment.with_role(Role::validate)),
-        standing_{{}, plain} {
-    quiet_ = options.control;
-    quiet_.progress = nullptr;
-    quiet_.checkpoint.clear();
-  }
+        sets_(plain, experiment, options.simulator, options.control, scales_of(plain, experiment)),
+        train_(sets_.train()),
+        validate_(sets_.validate()),
+        standing_(sets_.none(kFitIterations)) {}
 
   EffortSearchResult run() {
     start();
     for (int round = 0; round < kMostRounds; ++round) {
       if (options_.progress) options_.progress(0.9 * round / kMostRounds);
-      if (quiet_.stop != nullptr && *quiet_.stop) throw Interrupted();
+      if (options_.control.stop != nullptr && *options_.control.stop) throw Interrupted();
       if (!improve()) break;
     }
-    fit(standing_.model, kRefitIterations);
+    sets_.fit(standing_.model, kRefitIterations);
     keep_what_predicts();
     EffortSearchResult out{standing_.model, {}, {}, notes_};
     claim(out);
@@ -100,93 +55,32 @@ class EffortSearch {
   }
 
  private:
-  /// The plain model with the efforts' scales free, which are known to a tenth only.
-  void start() {
-    standing_.model = plain_;
-    for (const Channel& channel : experiment_.channels) {
+  /// The efforts' scales, which are known to a tenth only.
+  static std::vector<EffectSpec> scales_of(const CurrentModel& plain, const Experiment& experiment) {
+    std::vector<EffectSpec> out;
+    for (const Channel& channel : experiment.channels) {
       if (channel.kind != ChannelKind::effort) continue;
-      const std::string& joint = experiment_.joint_names[static_cast<std::size_t>(channel.joint)];
-      const EffectSpec scale{"effort_scale", joint, {}, {}, "effort_scale"};
-      if (plain_.model.find_effect_at(scale.effect, joint) >= 0) continue;
-      standing_.model = extended(standing_.model, experiment_, scale, standing_.model.fit.point, {0.0});
-      scales_.push_back(scale);
+      const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+      if (plain.model.find_effect_at("effort_scale", joint) < 0)
+        out.push_back({"effort_scale", joint, {}, {}, "effort_scale"});
     }
-    fit(standing_.model, kFitIterations);
-    // What every machine's joint has, as the regression by base parameters takes it: together, since one hides another.
+    return out;
+  }
+
+  /// What every machine's joint has, as the regression by base parameters takes it: together, since one hides another.
+  void start() {
+    const PlantModel& plain = sets_.plain().model;
     Change dry;
     for (const char* effect : {"coulomb_friction", "viscous_friction", "torque_offset", "armature"}) {
-      for (EffectSpec& spec : offered(info_of(effect))) {
-        const PlantModel model = plain_.model.with_effects({spec});
+      for (EffectSpec& spec : offered(effect_info(effect))) {
+        const PlantModel model = plain.with_effects({spec});
         const std::vector<Axis> axes = effect_axes(model, experiment_, model.effects().back(), spec);
         dry.own.push_back(starting_points(model, experiment_, axes).front());
         dry.in.push_back(std::move(spec));
       }
     }
-    std::optional<Hypothesis> next = changed(dry);
-    if (next && log_odds(*next, standing_) > 0.0) standing_ = std::move(*next);
-  }
-
-  /// Least squares with priors, weights brought up to date.
-  bool fit(CurrentModel& model, int iterations) const {
-    set_priors(model.model, experiment_, model.space, model.fit.point);
-    for (int k = 0; k < 2; ++k) {
-      if (!refit(model, experiment_, options_.simulator, quiet_, kFitTolerance, nullptr, iterations)) return false;
-      if (settled_) return true;
-      const std::vector<double> before = model.weights;
-      model.weights = independent_weights(model);
-      const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
-      const auto blocks = problem.layout(train_);
-      model.fit.residual = reweighed(std::move(model.fit.residual), blocks, before, model.weights);
-      model.fit.jacobian = reweighed(std::move(model.fit.jacobian), blocks, before, model.weights);
-    }
-    return true;
-  }
-
-  /// What a channel leaves, times the root of how many samples say one thing: beside a prior each independent one
-  /// counts once.
-  std::vector<double> independent_weights(const CurrentModel& model) const {
-    std::vector<double> out = weights_from(model, experiment_, options_.simulator);
-    const Problem problem(model.model, experiment_, model.space, options_.simulator, model.weights);
-    const Colour colour(model.fit.residual, problem.layout(train_), floors(model));
-    for (std::size_t c = 0; c < out.size(); ++c) out[c] *= std::sqrt(colour.correlation_samples(static_cast<int>(c)));
-    return out;
-  }
-
-  /// The model anew with a change, from the values that stand; fitted. Nothing where it cannot be simulated.
-  std::optional<Hypothesis> changed(const Change& change) const {
-    Hypothesis out{{}, {plain_.model, plain_.space, standing_.model.weights, {}}};
-    out.model.weights = standing_.model.weights;
-    const CurrentModel& now = standing_.model;
-    out.model.fit.point.assign(now.fit.point.begin(),
-                               now.fit.point.begin() + static_cast<std::ptrdiff_t>(plain_.space.size()));
-    const auto add = [&](const EffectSpec& spec, const std::vector<double>& own) {
-      const std::vector<double> point = out.model.fit.point;
-      out.model = extended(out.model, experiment_, spec, point, own);
-    };
-    const auto present = [&](const EffectSpec& spec) {
-      std::vector<double> own;
-      for (const std::size_t a : own_axes(now, spec)) own.push_back(now.fit.point[a]);
-      return own;
-    };
-    for (const EffectSpec& scale : scales_) add(scale, present(scale));
-    for (const EffectSpec& spec : standing_.effects) {
-      if (std::find(change.out.begin(), change.out.end(), place_of(spec)) != change.out.end()) continue;
-      const auto shaped = std::find_if(change.shaped.begin(), change.shaped.end(),
-                                       [&](const auto& s) { return s.first == place_of(spec); });
-      if (shaped == change.shaped.end()) {
-        add(spec, present(spec));
-        out.effects.push_back(spec);
-      } else {
-        add(shaped->second, change.shapes[static_cast<std::size_t>(shaped - change.shaped.begin())]);
-        out.effects.push_back(shaped->second);
-      }
-    }
-    for (std::size_t k = 0; k < change.in.size(); ++k) {
-      add(change.in[k], change.own[k]);
-      out.effects.push_back(change.in[k]);
-    }
-    if (!fit(out.model, kFitIterations)) return std::nullopt;
-    return out;
+    std::optional<Hypothesis> next = sets_.changed(standing_, dry, kFitIterations);
+    if (next && sets_.log_odds(*next, standing_) > 0.0) standing_ = std::move(*next);
   }
 
   // ---- linearised about the set that stands -------------------------------------------------------------------------
@@ -214,11 +108,6 @@ class EffortSearch {
     return out;
   }
 
-  LinearColumn column_of(const Axis& axis, double x, Rows slope) const {
-    return {std::move(slope.train), std::move(slope.validate), x - axis.center, axis.prior, axis.lower - x,
-            axis.upper - x};
-  }
-
   Surroundings look(bool with_rivals) const {
     const CurrentModel& now = standing_.model;
     Surroundings out;
@@ -243,15 +132,15 @@ class EffortSearch {
     std::vector<LinearColumn> all;
     for (std::size_t a = 0; a < now.space.size(); ++a) {
       const Rows& moved = rows[1 + a];
-      all.push_back(column_of(now.space.axes()[a], now.fit.point[a],
-                              {(moved.train - out.train) / steps[a], (moved.validate - out.validate) / steps[a]}));
+      all.push_back(column_of(now.space.axes()[a], now.fit.point[a], (moved.train - out.train) / steps[a],
+                              (moved.validate - out.validate) / steps[a]));
     }
     std::set<std::size_t> owned;
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
       Part part;
       part.spec = standing_.effects[k];
       part.present = true;
-      part.choices = choices_of(part.spec);
+      part.choices = sets_.choices_of(part.spec);
       const Rows& without = rows[1 + now.space.size() + k];
       part.train = without.train - out.train, part.validate = without.validate - out.validate;
       for (const std::size_t a : own_axes(now, part.spec)) {
@@ -293,7 +182,7 @@ class EffortSearch {
       const EffectSpec& spec = standing_.effects[k];
       if (spec.parameters.empty()) continue;
       EffectSpec free = spec;
-      for (const ParameterInfo& p : info_of(spec.effect).parameters)
+      for (const ParameterInfo& p : effect_info(spec.effect).parameters)
         if (p.optional) free.parameters.erase(p.name);
       const Component& c =
           now.model.effects()[static_cast<std::size_t>(now.model.find_effect_at(spec.effect, spec.place))];
@@ -327,8 +216,8 @@ class EffortSearch {
       if (!at.train.allFinite() || !next.train.allFinite() || !at.validate.allFinite()) continue;
       const auto& [axis, step] = moved[k];
       parts[k].train = at.train - out.train, parts[k].validate = at.validate - out.validate;
-      parts[k].columns.push_back(column_of(axis, parts[k].start[0][0],
-                                           {(next.train - at.train) / step, (next.validate - at.validate) / step}));
+      parts[k].columns.push_back(
+          column_of(axis, parts[k].start[0][0], (next.train - at.train) / step, (next.validate - at.validate) / step));
       out.parts.push_back(std::move(parts[k]));
     }
   }
@@ -381,7 +270,7 @@ class EffortSearch {
           if (!finite) continue;
           const double x = to_search(axis.coordinate, axis.start);
           parts[k].columns.push_back(
-              column_of(axis, x, {(next.train - here.train) / step, (next.validate - here.validate) / step}));
+              column_of(axis, x, (next.train - here.train) / step, (next.validate - here.validate) / step));
         }
         if (!finite) continue;
         parts[k].train = here.train - out.train, parts[k].validate = here.validate - out.validate;
@@ -397,7 +286,7 @@ class EffortSearch {
                  std::vector<std::vector<std::pair<Axis, double>>>& moved) const {
     Part part;
     part.spec = spec;
-    part.choices = choices_of(spec);
+    part.choices = sets_.choices_of(spec);
     std::vector<double> own, here = whole;
     for (std::size_t a = 0; a < axes.size(); ++a) {
       own.push_back(std::clamp(start[a], axes[a].lower, axes[a].upper));
@@ -420,14 +309,6 @@ class EffortSearch {
     moved.push_back(std::move(steps));
   }
 
-  /// Sets of train recordings that an effect in some of them could have been in.
-  double choices_of(const EffectSpec& spec) const {
-    if (spec.recordings.empty()) return 1.0;
-    std::set<std::string> files;
-    for (const int s : train_) files.insert(experiment_.segments[static_cast<std::size_t>(s)].file);
-    return std::pow(2.0, static_cast<double>(files.size()));
-  }
-
   Axis prior_axis(const PlantModel& model, const Axis& axis, double x) const {
     SearchSpace space = standing_.model.space;
     space.add(model, axis);
@@ -439,15 +320,8 @@ class EffortSearch {
     return out;
   }
 
-  /// Floors of innovation: each channel's noise over its weight.
-  std::vector<double> floors(const CurrentModel& model) const {
-    std::vector<double> out = noise_levels(model.model, experiment_);
-    for (std::size_t c = 0; c < out.size(); ++c) out[c] /= model.weights[c];
-    return out;
-  }
-
   void whiten(const CurrentModel& now, Surroundings& s) const {
-    const Colour colour = settled_ ? *settled_ : Colour(s.train, s.train_blocks, floors(now));
+    const Colour colour = sets_.colour(now, s.train, s.train_blocks);
     for (std::size_t c = 0; c < experiment_.channels.size(); ++c)
       s.correlation = std::max(s.correlation, colour.correlation_samples(static_cast<int>(c)));
     const auto white = [&](Eigen::VectorXd& rows, const std::vector<ResidualBlock>& blocks) {
@@ -462,30 +336,9 @@ class EffortSearch {
     }
   }
 
-  /// Stretches of time, all channels of one together: a number a row.
-  std::vector<int> time_blocks(const Surroundings& s) const {
-    Eigen::Index longest = 0, total = 0;
-    std::map<int, Eigen::Index> of_segment;
-    for (const ResidualBlock& b : s.train_blocks) longest = std::max(longest, b.count), of_segment[b.segment] = b.count;
-    for (const auto& [segment, count] : of_segment) total += count;
-    const auto wanted = static_cast<Eigen::Index>(std::ceil(kBlockMemories * s.correlation));
-    const Eigen::Index shortest = total / static_cast<Eigen::Index>(kMostBlocks);
-    const Eigen::Index length =
-        std::max({Eigen::Index{1}, shortest, std::min(wanted, total / static_cast<Eigen::Index>(kLeastBlocks))});
-    std::vector<int> out(static_cast<std::size_t>(s.train.size()), 0);
-    std::map<std::pair<int, Eigen::Index>, int> numbers;
-    for (const ResidualBlock& b : s.train_blocks)
-      for (Eigen::Index k = 0; k < b.count; ++k) {
-        const auto key = std::make_pair(b.segment, k / length);
-        out[static_cast<std::size_t>(b.first + k)] =
-            numbers.emplace(key, static_cast<int>(numbers.size())).first->second;
-      }
-    return out;
-  }
-
   Linearised linearised(Surroundings s, bool for_bagging) const {
     std::vector<int> blocks(static_cast<std::size_t>(s.train.size()), 0);
-    if (for_bagging) blocks = time_blocks(s);
+    if (for_bagging) blocks = time_blocks(s.train_blocks, s.correlation);
     return Linearised(std::move(s.train), std::move(s.validate), std::move(s.plain), std::move(s.parts), blocks);
   }
 
@@ -563,22 +416,12 @@ class EffortSearch {
     const Part& part = parts[static_cast<std::size_t>(which)];
     for (std::size_t k = 0; k < parts.size(); ++k) {
       if (!set[k] || static_cast<int>(k) == which || parts[k].needs >= 0 || part.needs >= 0) continue;
-      if (parts[k].spec.place == part.spec.place && overlap(parts[k].spec.effect, part.spec.effect)) return true;
+      if (parts[k].spec.place == part.spec.place &&
+          overlap(effect_info(parts[k].spec.effect), effect_info(part.spec.effect)))
+        return true;
     }
     return false;
   }
-  static bool overlap(const std::string& one, const std::string& other) {
-    const EffectInfo &a = info_of(one), &b = info_of(other);
-    if (a.in_parallel || b.in_parallel) return false;
-    const auto is = [](const char* name, const EffectInfo& info) {
-      return name != nullptr && name == std::string(info.name);
-    };
-    if (are_kin(a, b) || is(a.generalises, b) || is(b.generalises, a)) return true;
-    return std::any_of(effect_table().begin(), effect_table().end(), [&](const EffectInfo& c) {
-      return are_kin(a, c) && are_kin(b, c) && c.parameters.size() < std::min(a.parameters.size(), b.parameters.size());
-    });
-  }
-
   Change change_of(const Linearised& near, const std::vector<Move>& moves) const {
     Change out;
     for (const Move& move : moves) {
@@ -614,11 +457,11 @@ class EffortSearch {
 
   /// Fits the set with all these changes; keeps it if it has more evidence, both weighed alike.
   bool try_moves(const Linearised& near, const std::vector<Move>& moves) {
-    std::optional<Hypothesis> next = changed(change_of(near, moves));
+    std::optional<Hypothesis> next = sets_.changed(standing_, change_of(near, moves), kFitIterations);
     if (!next) return false;
     bool sound = true;
     for (const Move& move : moves) {
-      if (move.in < 0 || ends_within(*next, near.parts()[static_cast<std::size_t>(move.in)].spec)) continue;
+      if (move.in < 0 || sets_.ends_within(*next, near.parts()[static_cast<std::size_t>(move.in)].spec)) continue;
       refused_.insert(name_of(near, move));
       unsound_.insert(place_of(near.parts()[static_cast<std::size_t>(move.in)].spec));
       sound = false;
@@ -628,30 +471,11 @@ class EffortSearch {
       std::erase_if(others, [&](const Move& m) { return refused_.count(name_of(near, m)) > 0; });
       return !others.empty() && others.size() < moves.size() && try_moves(near, others);
     }
-    const double odds = log_odds(*next, standing_) + heldout_gain(*next, standing_);
+    const double odds = sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_);
     const bool more = std::any_of(moves.begin(), moves.end(), [](const Move& m) { return m.in >= 0; });
     if (!(odds > (more ? kWorthFitting : 0.0))) return false;
     standing_ = std::move(*next);
-    if (odds < kSettled && !settled_) settle();
-    return true;
-  }
-
-  /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine: a friction
-  /// that grows towards rest beside no sliding friction at all. Optional shapes may stand there.
-  bool ends_within(const Hypothesis& h, const EffectSpec& spec) const {
-    for (const std::size_t a : own_axes(h.model, spec)) {
-      const Axis& axis = h.model.space.axes()[a];
-      const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-      if (p.info->optional) continue;
-      const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
-      if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
-      const std::string base = p.name.substr(0, p.name.size() - p.key.size());
-      if (p.info->at_least == nullptr) continue;
-      const std::vector<double> values = h.model.space.expand(h.model.fit.point);
-      const int other = h.model.model.find(base + p.info->at_least);
-      if (other >= 0 && values[static_cast<std::size_t>(axis.parameter)] <= values[static_cast<std::size_t>(other)])
-        return false;
-    }
+    if (odds < kSettled && !sets_.settled()) sets_.settle(standing_);
     return true;
   }
 
@@ -659,71 +483,10 @@ class EffortSearch {
   /// Less than nothing counts for a refusal: what is put in must predict them.
   double heldout_gain(const Hypothesis& one, const Hypothesis& other) const {
     if (validate_.empty()) return 0.0;
-    const double gain = heldout_difference(one, other);
+    const double gain = sets_.heldout_difference(one, other);
     return gain < 0.0 && one.effects.size() >= other.effects.size() ? -HUGE_VAL : gain;
   }
-  double heldout_difference(const Hypothesis& one, const Hypothesis& other) const {
-    const auto rows = [&](const Hypothesis& h) {
-      Problem problem(h.model.model, experiment_, h.model.space, options_.simulator, one.model.weights);
-      Eigen::MatrixXd out = problem.residual(h.model.fit.point, validate_);
-      colour_of(one.model, problem).whiten(out, problem.layout(validate_));
-      return out.squaredNorm();
-    };
-    return 0.5 * (rows(other) - rows(one));
-  }
-  Colour colour_of(const CurrentModel& model, Problem& problem) const {
-    if (settled_) return *settled_;
-    (void)problem;
-    const Surroundings s = unwhitened(standing_.model, model.weights);
-    return Colour(s.train, s.train_blocks, floors(model));
-  }
-
-  /// From now on every set is weighed with the colour and the weights of this one.
-  void settle() {
-    const Surroundings s = unwhitened(standing_.model, standing_.model.weights);
-    settled_ = Colour(s.train, s.train_blocks, floors(standing_.model));
-  }
-
-  /// Log evidence of one fitted set over another, weighed with the colour of the one that leaves less.
-  double log_odds(const Hypothesis& one, const Hypothesis& other) const {
-    const std::vector<double>& weights = one.model.weights;
-    Surroundings x = unwhitened(one.model, weights), y = unwhitened(other.model, weights);
-    const bool better = x.train.squaredNorm() < y.train.squaredNorm();
-    const Colour colour = settled_ ? *settled_ : Colour(better ? x.train : y.train, x.train_blocks, floors(one.model));
-    return own_evidence(std::move(x), colour) - own_evidence(std::move(y), colour) + set_prior(one) - set_prior(other);
-  }
-
-  /// Residual and columns of a fitted set, all its numbers as plain ones.
-  Surroundings unwhitened(const CurrentModel& now, const std::vector<double>& weights) const {
-    Surroundings out;
-    Problem problem(now.model, experiment_, now.space, options_.simulator, weights);
-    out.train_blocks = problem.layout(train_);
-    out.train = problem.residual(now.fit.point, train_);
-    const Eigen::MatrixXd J = problem.jacobian(now.fit.point, out.train, train_);
-    for (std::size_t a = 0; a < now.space.size(); ++a)
-      out.plain.push_back(column_of(now.space.axes()[a], now.fit.point[a], {J.col(static_cast<Eigen::Index>(a)), {}}));
-    return out;
-  }
-  static double own_evidence(Surroundings s, const Colour& colour) {
-    colour.whiten(s.train, s.train_blocks);
-    for (LinearColumn& c : s.plain) colour.whiten(c.train, s.train_blocks);
-    const std::vector<int> blocks(static_cast<std::size_t>(s.train.size()), 0);
-    const Linearised alone(std::move(s.train), {}, std::move(s.plain), {}, blocks);
-    return alone.evidence({});
-  }
-  /// log prior of the set, up to what all sets share.
-  double set_prior(const Hypothesis& h) const {
-    const double n = static_cast<double>(places_offered_), k = static_cast<double>(h.effects.size());
-    double out = k * std::log(0.3) - (std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0));
-    for (const EffectSpec& spec : h.effects) out -= std::log(choices_of(spec));
-    return out;
-  }
-
   void record(const Linearised& near, const std::vector<Move>& moves) {
-    std::set<Place> offered;
-    for (const Part& part : near.parts())
-      if (part.needs < 0) offered.insert(place_of(part.spec));
-    places_offered_ = offered.size();
     std::vector<Candidate> round;
     for (const Move& move : moves) {
       if (move.in < 0) continue;
@@ -742,7 +505,7 @@ class EffortSearch {
   /// Takes out what the validate recordings are better predicted without, and what is as likely without it and so
   /// little determined that nobody could say how large it is; each time by the fit without it.
   void keep_what_predicts() {
-    std::set<Place> needed, negligible;
+    std::set<NamedPlace> needed, negligible;
     for (;;) {
       const Linearised near = linearised(look(false), false);
       const Linearised::Set now = near.present();
@@ -755,7 +518,7 @@ class EffortSearch {
         const double loss = near.evidence(now) - near.evidence(without);
         const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
         const bool small = !validate_.empty() && share_at_its_place(near, now, without, spec.place) < kLeastOfRest;
-        const bool idle = small || (loss < kWindow && !is_determined(spec));
+        const bool idle = small || (loss < kWindow && !sets_.is_determined(standing_, spec));
         if (small) negligible.insert(place_of(spec));
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
       }
@@ -763,9 +526,9 @@ class EffortSearch {
       const EffectSpec gone = standing_.effects[static_cast<std::size_t>(worst)];
       Change change;
       change.out.push_back(place_of(gone));
-      std::optional<Hypothesis> next = changed(change);
-      const double lost = next ? log_odds(standing_, *next) : HUGE_VAL;
-      const double predicts = next && !validate_.empty() ? heldout_difference(standing_, *next) : -HUGE_VAL;
+      std::optional<Hypothesis> next = sets_.changed(standing_, change, kFitIterations);
+      const double lost = next ? sets_.log_odds(standing_, *next) : HUGE_VAL;
+      const double predicts = next && !validate_.empty() ? sets_.heldout_difference(standing_, *next) : -HUGE_VAL;
       if (!next || (predicts > 0.0 && lost > kWindow && negligible.count(place_of(gone)) == 0)) {
         needed.insert(place_of(gone));
         continue;
@@ -797,24 +560,6 @@ class EffortSearch {
     return b > 0.0 ? 1.0 - a / b : 0.0;
   }
 
-  /// Whether one of its strengths is off neutral beyond its error.
-  bool is_determined(const EffectSpec& spec) const {
-    const CurrentModel& now = standing_.model;
-    FitResult fit;
-    fit.solution = now.fit;
-    fit.values = now.space.expand(now.fit.point);
-    Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
-    describe_fit(now.model, now.space, problem, train_, fit);
-    for (const std::size_t a : own_axes(now, spec)) {
-      const Axis& axis = now.space.axes()[a];
-      const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-      const auto i = static_cast<Eigen::Index>(a);
-      const double error = std::sqrt(fit.identifiability.covariance(i, i));
-      if (is_strength(*p.info) && std::fabs(now.fit.point[a] - axis.at(p.neutral)) > kDetermined * error) return true;
-    }
-    return false;
-  }
-
   void claim(EffortSearchResult& out) {
     out.model = standing_.model;
     out.notes = notes_;
@@ -843,7 +588,7 @@ class EffortSearch {
     const Linearised near = linearised(s, false);
     const Linearised::Set now = near.present();
     const double standing = near.evidence(now);
-    std::map<Place, std::pair<double, std::size_t>> best;
+    std::map<NamedPlace, std::pair<double, std::size_t>> best;
     for (std::size_t k = 0; k < s.parts.size(); ++k) {
       const Part& part = s.parts[k];
       if (part.present || part.needs >= 0 || unsound_.count(place_of(part.spec)) > 0) continue;
@@ -901,22 +646,18 @@ class EffortSearch {
     out.heldout_share = 1.0 - near.heldout(now) / std::min(near.heldout(sets[1]), -1e-300);
     const double gain = 0.5 * (near.train_energy(sets[1]) - near.train_energy(now));
     const int numbers = static_cast<int>(near.parts()[static_cast<std::size_t>(k)].columns.size());
-    out.p_value = chance(gain, std::max(numbers, 1), static_cast<int>(std::max<std::size_t>(places_offered_, 1)));
+    out.p_value = chance(gain, std::max(numbers, 1), static_cast<int>(std::max<std::size_t>(sets_.offered(), 1)));
     out.stability = near.leads(sets, kBlockDraws, options_.seed);
     return out;
   }
 
-  const CurrentModel& plain_;
   const Experiment& experiment_;
   EffortSearchOptions options_;
-  RunControl quiet_;
-  std::vector<int> train_, validate_;
+  Hypotheses sets_;
+  const std::vector<int>&train_, &validate_;
   Hypothesis standing_;
-  std::vector<EffectSpec> scales_;
-  std::optional<Colour> settled_;
   std::set<std::string> refused_;
-  std::set<Place> unsound_;  ///< what ended at the end of its range when it was fitted
-  std::size_t places_offered_ = 100;
+  std::set<NamedPlace> unsound_;  ///< what ended at the end of its range when it was fitted
   std::vector<std::vector<Candidate>> rounds_;
   std::vector<std::string> notes_;
 };

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/hypothesis.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/partial.h"
 
@@ -205,6 +206,15 @@ std::string Judge::objection(const Tried& tried) const {
     return fmt::format("removes {:.2g} of what stands above the noise where it removes most", share);
   }
   return "";
+}
+
+bool Judge::cannot_tell(const Tried& special, const Tried& rich) const {
+  const EffectSpec &one = special.effect.spec, &other = rich.effect.spec;
+  if (one.effect == other.effect || one.place != other.place || one.recordings != other.recordings) return false;
+  if (special.effect.parameters >= rich.effect.parameters) return false;
+  if (!are_kin(effect_info(one.effect), effect_info(other.effect)) || !(floor_ > 0.0)) return false;
+  const double more = (rich.heldout.share - special.heldout.share) * before_validate_.squaredNorm();
+  return more < kLeastOfNoise * floor_;
 }
 
 double Judge::share_of_excess(const Tried& tried) const {

@@ -97,6 +97,18 @@ bool are_kin(const EffectInfo& one, const EffectInfo& other) {
           std::includes(b.begin(), b.end(), a.begin(), a.end()));
 }
 
+bool overlap(const EffectInfo& one, const EffectInfo& other) {
+  if (one.in_parallel || other.in_parallel) return false;
+  const auto is = [](const char* name, const EffectInfo& info) {
+    return name != nullptr && name == std::string(info.name);
+  };
+  if (are_kin(one, other) || is(one.generalises, other) || is(other.generalises, one)) return true;
+  return std::any_of(effect_table().begin(), effect_table().end(), [&](const EffectInfo& third) {
+    return are_kin(one, third) && are_kin(other, third) &&
+           third.parameters.size() < std::min(one.parameters.size(), other.parameters.size());
+  });
+}
+
 std::vector<ScreenedEffect> kin_starts(const EffectInfo& kin, const ScreenedEffect& source, const CurrentModel& model,
                                        const CurrentModel& current, const Experiment& experiment,
                                        const SimulatorOptions& options) {

@@ -12,6 +12,10 @@ namespace lacuna {
 /// Whether all numbers of one are found among those of the other, by name and unit; optional ones not counted.
 bool are_kin(const EffectInfo& one, const EffectInfo& other);
 
+/// Whether what both contain could be told of either, at one place: one is a special case of the other, or both are of
+/// a third effect. Not those that act beside each other (EffectInfo::in_parallel).
+bool overlap(const EffectInfo& one, const EffectInfo& other);
+
 /// `kin` at the place of `source`, whose re-identified model is `model`: numbers that both have are those found, and of
 /// a grid over the others the point that leaves least on the train recordings. With the optional ones at neutral; where
 /// the source has some of them free, with those free as well. What cannot be simulated is left out.

@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,13 @@ struct Part {
   std::vector<std::vector<double>> start;  ///< own search coordinates of an absent one, to start a fit from
 };
 
+/// Which of at most 40 stretches of time every residual row belongs to, all channels of a stretch together: each at
+/// least five times as long as the residual remembers itself (`correlation`, samples), but no fewer than 10 in all.
+std::vector<int> time_blocks(std::span<const ResidualBlock> blocks, double correlation);
+
+/// How often each of `blocks` is drawn, with replacement, in each of `draws` resamples.
+std::vector<std::vector<double>> block_draws(std::size_t blocks, int draws, std::uint64_t seed);
+
 class Linearised {
  public:
   /// `blocks`: whose samples stay together when data are drawn again, one number a row of `train`.
@@ -48,6 +56,7 @@ class Linearised {
   using Set = std::vector<char>;  ///< one a part
 
   const std::vector<Part>& parts() const { return parts_; }
+  std::size_t blocks() const { return block_grams_.size(); }
   Set present() const;
   Set toggled(Set set, int part) const;
 

@@ -31,9 +31,30 @@ void sort_by_evidence(std::vector<Tried>& tried, double integration_error) {
   std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.evidence > b.evidence; });
 }
 
+namespace {
+
+/// A special case that cannot be told from what it is a case of has its evidence, and stands before it.
+void lift_special_cases(const Judge& judge, std::vector<Tried>& tried) {
+  std::vector<double> lifted;
+  for (const Tried& special : tried) {
+    lifted.push_back(special.evidence);
+    if (!special.objection.empty() || !special.refitted) continue;
+    for (const Tried& rich : tried)
+      if (rich.objection.empty() && judge.cannot_tell(special, rich))
+        lifted.back() = std::max(lifted.back(), rich.evidence);
+  }
+  for (std::size_t k = 0; k < tried.size(); ++k) tried[k].evidence = lifted[k];
+  std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+    return a.evidence > b.evidence || (a.evidence == b.evidence && a.effect.parameters < b.effect.parameters);
+  });
+}
+
+}  // namespace
+
 std::optional<std::size_t> strongest_that_can(Judge& judge, std::vector<Tried>& tried, double integration_error) {
   for (;;) {
     for (Tried& t : tried) t.objection = judge.objection(t);
+    lift_special_cases(judge, tried);
     const auto first = std::find_if(tried.begin(), tried.end(), [](const Tried& t) { return t.objection.empty(); });
     if (first == tried.end()) return std::nullopt;
     if (first->refitted) return static_cast<std::size_t>(first - tried.begin());

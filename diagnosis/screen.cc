@@ -401,7 +401,9 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
   for (std::size_t e = 0; e < table.size(); ++e) {
     if (options.progress) options.progress(0.6 * static_cast<double>(e) / static_cast<double>(table.size()));
     std::vector<EffectSpec> specs = places_of(table[e], current, experiment);
-    std::erase_if(specs, [&](const EffectSpec& spec) { return !options.where(spec.place); });
+    std::erase_if(specs, [&](const EffectSpec& spec) {
+      return !options.where(spec.place) || (options.skipped && options.skipped(spec));
+    });
     if (specs.empty()) continue;
     look(specs);
     if (!table[e].per_recording) continue;

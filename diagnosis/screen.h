@@ -30,7 +30,8 @@ struct ScreenOptions {
   SimulatorOptions simulator;                           ///< engine, threads, step
   std::function<bool(const std::string& place)> where;  ///< whether effects are tried there: a joint, "arm"
   std::function<void(double done)> progress = {};
-  int steps = 5;  ///< of Gauss and Newton, of promising starts
+  std::function<bool(const EffectSpec&)> skipped = {};  ///< what is left out besides
+  int steps = 5;                                        ///< of Gauss and Newton, of promising starts
 };
 
 /// Every effect of the catalogue at every place where it can act and does not stand yet; the best of its starts.

@@ -31,7 +31,8 @@ struct Carrying {
     const PlantModel model(scenario);
     const Experiment experiment = make_experiment(scenario);
     const CurrentModel plain{model, SearchSpace(model, scenario), {1.0}, {}};
-    const CurrentModel with = extended(plain, experiment, {"payload", "arm", {{"x", 0.0}, {"y", 0.0}, {"z", 0.0}}, {}, "test"}, {}, {kLoad});
+    const CurrentModel with =
+        extended(plain, experiment, {"payload", "arm", {{"x", 0.0}, {"y", 0.0}, {"z", 0.0}}, {}, "test"}, {}, {kLoad});
     return recordings_with_effect(with, experiment, on("featherstone", 0.005), {Role::validate});
   }
   Scenario scenario;

@@ -1,0 +1,235 @@
+#include "diagnosis/hypothesis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/prior.h"
+
+namespace lacuna {
+namespace {
+
+constexpr double kFitTolerance = 1e-6;
+constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
+constexpr double kDetermined = 2.0;    ///< standard errors from neutral
+constexpr double kOneMore = 0.3;       ///< of one effect more in a set, before any data (DIAGNOSIS: h)
+
+double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
+
+}  // namespace
+
+NamedPlace place_of(const EffectSpec& spec) { return {spec.effect, spec.place}; }
+
+const EffectInfo& effect_info(const std::string& effect) {
+  return effect_table()[static_cast<std::size_t>(find_effect(effect))];
+}
+
+std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec& spec) {
+  const Component& c =
+      current.model.effects()[static_cast<std::size_t>(current.model.find_effect_at(spec.effect, spec.place))];
+  std::vector<std::size_t> out;
+  for (std::size_t a = 0; a < current.space.size(); ++a) {
+    const int p = current.space.axes()[a].parameter;
+    if (p >= c.first && p < c.first + c.count) out.push_back(a);
+  }
+  return out;
+}
+
+LinearColumn column_of(const Axis& axis, double x, Eigen::VectorXd train, Eigen::VectorXd validate) {
+  return {std::move(train), std::move(validate), x - axis.center, axis.prior, axis.lower - x, axis.upper - x};
+}
+
+Hypotheses::Hypotheses(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& simulator,
+                       const RunControl& control, std::vector<EffectSpec> everywhere)
+    : plain_(plain),
+      experiment_(experiment),
+      simulator_(simulator),
+      control_(control),
+      everywhere_(std::move(everywhere)),
+      train_(experiment.with_role(Role::train)),
+      validate_(experiment.with_role(Role::validate)) {
+  control_.progress = nullptr;
+  control_.checkpoint.clear();
+  for (const EffectInfo& info : effect_table()) offered_ += places_of(info, plain, experiment).size();
+}
+
+Hypothesis Hypotheses::none(int iterations) const {
+  Hypothesis out{{}, plain_};
+  for (const EffectSpec& spec : everywhere_)
+    out.model = extended(out.model, experiment_, spec, out.model.fit.point, {0.0});
+  fit(out.model, iterations);
+  return out;
+}
+
+bool Hypotheses::fit(CurrentModel& model, int iterations) const {
+  set_priors(model.model, experiment_, model.space, model.fit.point);
+  for (int k = 0; k < 2; ++k) {
+    if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
+    if (settled_) return true;
+    const std::vector<double> before = model.weights;
+    model.weights = independent_weights(model);
+    const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
+    const auto blocks = problem.layout(train_);
+    model.fit.residual = reweighed(std::move(model.fit.residual), blocks, before, model.weights);
+    model.fit.jacobian = reweighed(std::move(model.fit.jacobian), blocks, before, model.weights);
+  }
+  return true;
+}
+
+/// What a channel leaves, times the root of how many samples say one thing: beside a prior each independent one counts
+/// once.
+std::vector<double> Hypotheses::independent_weights(const CurrentModel& model) const {
+  std::vector<double> out = weights_from(model, experiment_, simulator_);
+  const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
+  const Colour colour(model.fit.residual, problem.layout(train_), floors(model));
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] *= std::sqrt(colour.correlation_samples(static_cast<int>(c)));
+  return out;
+}
+
+std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const Change& change, int iterations) const {
+  const CurrentModel& now = from.model;
+  Hypothesis out{{}, {plain_.model, plain_.space, now.weights, {}}};
+  out.model.fit.point.assign(now.fit.point.begin(),
+                             now.fit.point.begin() + static_cast<std::ptrdiff_t>(plain_.space.size()));
+  const auto add = [&](const EffectSpec& spec, const std::vector<double>& own) {
+    const std::vector<double> point = out.model.fit.point;
+    out.model = extended(out.model, experiment_, spec, point, own);
+  };
+  const auto present = [&](const EffectSpec& spec) {
+    std::vector<double> own;
+    for (const std::size_t a : own_axes(now, spec)) own.push_back(now.fit.point[a]);
+    return own;
+  };
+  for (const EffectSpec& spec : everywhere_) add(spec, present(spec));
+  for (const EffectSpec& spec : from.effects) {
+    if (std::find(change.out.begin(), change.out.end(), place_of(spec)) != change.out.end()) continue;
+    const auto shaped = std::find_if(change.shaped.begin(), change.shaped.end(),
+                                     [&](const auto& s) { return s.first == place_of(spec); });
+    const bool same = shaped == change.shaped.end();
+    add(same ? spec : shaped->second,
+        same ? present(spec) : change.shapes[static_cast<std::size_t>(shaped - change.shaped.begin())]);
+    out.effects.push_back(same ? spec : shaped->second);
+  }
+  for (std::size_t k = 0; k < change.in.size(); ++k) {
+    add(change.in[k], change.own[k]);
+    out.effects.push_back(change.in[k]);
+  }
+  if (!fit(out.model, iterations)) return std::nullopt;
+  return out;
+}
+
+/// Under which no innovation lies: each channel's noise over its weight.
+std::vector<double> Hypotheses::floors(const CurrentModel& model) const {
+  std::vector<double> out = noise_levels(model.model, experiment_);
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] /= model.weights[c];
+  return out;
+}
+
+Colour Hypotheses::colour(const CurrentModel& model, const Eigen::VectorXd& residual,
+                          std::span<const ResidualBlock> blocks) const {
+  return settled_ ? *settled_ : Colour(residual, blocks, floors(model));
+}
+
+void Hypotheses::settle(const Hypothesis& on) {
+  const FittedRows r = rows(on.model, on.model.weights);
+  settled_ = Colour(r.residual, r.blocks, floors(on.model));
+}
+
+FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> weights) const {
+  FittedRows out;
+  Problem problem(model.model, experiment_, model.space, simulator_,
+                  std::vector<double>(weights.begin(), weights.end()));
+  out.blocks = problem.layout(train_);
+  out.residual = problem.residual(model.fit.point, train_);
+  const Eigen::MatrixXd J = problem.jacobian(model.fit.point, out.residual, train_);
+  for (std::size_t a = 0; a < model.space.size(); ++a)
+    out.columns.push_back(column_of(model.space.axes()[a], model.fit.point[a], J.col(static_cast<Eigen::Index>(a))));
+  return out;
+}
+
+Eigen::VectorXd Hypotheses::heldout_rows(const Hypothesis& of, const Hypothesis& by) const {
+  Problem problem(of.model.model, experiment_, of.model.space, simulator_, by.model.weights);
+  Eigen::MatrixXd out = problem.residual(of.model.fit.point, validate_);
+  if (out.size() == 0) return {};
+  if (settled_) {
+    settled_->whiten(out, problem.layout(validate_));
+  } else {
+    const FittedRows r = rows(by.model, by.model.weights);
+    Colour(r.residual, r.blocks, floors(by.model)).whiten(out, problem.layout(validate_));
+  }
+  return out;
+}
+
+double Hypotheses::evidence_of(FittedRows rows, const Colour& colour) {
+  colour.whiten(rows.residual, rows.blocks);
+  for (LinearColumn& c : rows.columns) colour.whiten(c.train, rows.blocks);
+  const std::vector<int> blocks(static_cast<std::size_t>(rows.residual.size()), 0);
+  const Linearised alone(std::move(rows.residual), {}, std::move(rows.columns), {}, blocks);
+  return alone.evidence({});
+}
+
+double Hypotheses::log_odds(const Hypothesis& one, const Hypothesis& other) const {
+  const std::vector<double>& weights = one.model.weights;
+  FittedRows x = rows(one.model, weights), y = rows(other.model, weights);
+  const bool better = x.residual.squaredNorm() < y.residual.squaredNorm();
+  const Colour common = settled_ ? *settled_ : Colour(better ? x.residual : y.residual, x.blocks, floors(one.model));
+  return evidence_of(std::move(x), common) - evidence_of(std::move(y), common) + log_prior(one.effects) -
+         log_prior(other.effects);
+}
+
+double Hypotheses::heldout_difference(const Hypothesis& one, const Hypothesis& other) const {
+  if (validate_.empty()) return 0.0;
+  return 0.5 * (heldout_rows(other, one).squaredNorm() - heldout_rows(one, one).squaredNorm());
+}
+
+double Hypotheses::log_prior(const std::vector<EffectSpec>& effects) const {
+  const double k = static_cast<double>(effects.size()), n = std::max(static_cast<double>(offered_), k);
+  double out = k * std::log(kOneMore) - log_choose(n, k);
+  for (const EffectSpec& spec : effects) out -= std::log(choices_of(spec));
+  return out;
+}
+
+double Hypotheses::choices_of(const EffectSpec& spec) const {
+  if (spec.recordings.empty()) return 1.0;
+  std::set<std::string> files;
+  for (const int s : train_) files.insert(experiment_.segments[static_cast<std::size_t>(s)].file);
+  return std::pow(2.0, static_cast<double>(files.size()));
+}
+
+bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const {
+  const std::vector<double> values = h.model.space.expand(h.model.fit.point);
+  for (const std::size_t a : own_axes(h.model, spec)) {
+    const Axis& axis = h.model.space.axes()[a];
+    const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    if (p.info->optional) continue;
+    const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
+    if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
+    if (p.info->at_least == nullptr) continue;
+    const std::string base = p.name.substr(0, p.name.size() - p.key.size());
+    const int other = h.model.model.find(base + p.info->at_least);
+    if (other >= 0 && values[static_cast<std::size_t>(axis.parameter)] <= values[static_cast<std::size_t>(other)])
+      return false;
+  }
+  return true;
+}
+
+bool Hypotheses::is_determined(const Hypothesis& h, const EffectSpec& spec) const {
+  const CurrentModel& now = h.model;
+  FitResult fit;
+  fit.solution = now.fit;
+  fit.values = now.space.expand(now.fit.point);
+  Problem problem(now.model, experiment_, now.space, simulator_, now.weights);
+  describe_fit(now.model, now.space, problem, train_, fit);
+  for (const std::size_t a : own_axes(now, spec)) {
+    const Axis& axis = now.space.axes()[a];
+    const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const auto i = static_cast<Eigen::Index>(a);
+    const double error = std::sqrt(fit.identifiability.covariance(i, i));
+    if (is_strength(*p.info) && std::fabs(now.fit.point[a] - axis.at(p.neutral)) > kDetermined * error) return true;
+  }
+  return false;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,403 @@
+#include "diagnosis/set_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/kin.h"
+#include "diagnosis/screen.h"
+#include "diagnosis/where.h"
+#include "scenarios/error.h"
+
+namespace lacuna {
+namespace {
+
+constexpr int kMostSetRounds = 12;
+constexpr double kWorthPutting = 10.0;     ///< log evidence that a change must bring
+constexpr int kSetIterations = 8;          ///< of a set on its way
+constexpr double kIdleWindow = 8.0;        ///< log evidence under which an undetermined member is idle
+constexpr double kNotToldApart = 3.0;      ///< within which rivals are one class: 20 to 1
+constexpr double kLeastShareOfRest = 0.1;  ///< of what a joint is left with, that a member must explain
+constexpr double kShareOfExcess = 0.25;    ///< of what stands above the noise at a joint, that its additions must
+constexpr double kClaimed = 0.5;           ///< probability of a class under which nothing is claimed
+constexpr std::size_t kRivalsFitted = 2;   ///< in each member's place
+constexpr int kSetDraws = 60;              ///< of block resamples
+
+class SetSearch {
+ public:
+  SetSearch(const CurrentModel& plain, const CurrentModel& current, const std::vector<Finding>& findings,
+            const Experiment& experiment, const SetSearchOptions& options)
+      : experiment_(experiment),
+        options_(options),
+        sets_(plain, experiment, options.simulator, options.control),
+        standing_{{}, current} {
+    for (const Finding& f : findings) standing_.effects.push_back({f.effect, f.place, f.fixed, f.recordings, f.effect});
+  }
+
+  std::optional<SetSearchResult> run() {
+    if (!sets_.fit(standing_.model, kRefitIterations)) return std::nullopt;
+    const Hypothesis before = standing_;
+    for (int round = 0; round < kMostSetRounds; ++round) {
+      progress(0.6 * round / kMostSetRounds);
+      if (!improve()) break;
+    }
+    if (standing_.effects.size() == before.effects.size()) return std::nullopt;
+    hold_to_share(before);
+    take_out_idle(0.6);
+    if (!has_more_than(before)) return std::nullopt;
+    finer_step();
+    sets_.settle(standing_);
+    sets_.fit(standing_.model, kRefitIterations);
+    std::vector<Finding> findings = claimed();
+    return SetSearchResult{standing_.model, std::move(findings), std::move(rounds_), std::move(notes_),
+                           sets_.simulator()};
+  }
+
+ private:
+  void progress(double done) const {
+    if (options_.control.stop != nullptr && *options_.control.stop) throw Interrupted();
+    if (options_.progress) options_.progress(done);
+  }
+  bool has_more_than(const Hypothesis& before) const {
+    return std::any_of(standing_.effects.begin(), standing_.effects.end(), [&](const EffectSpec& spec) {
+      return std::none_of(before.effects.begin(), before.effects.end(),
+                          [&](const EffectSpec& b) { return place_of(b) == place_of(spec); });
+    });
+  }
+
+  // ---- growing ------------------------------------------------------------------------------------------------------
+
+  struct Move {
+    ScreenedEffect effect;
+    double gain = 0.0;  ///< log-likelihood that the first look promises
+  };
+
+  /// One round; whether the set changed. What promised nothing at the last look is looked at again only before the
+  /// search ends.
+  bool improve() {
+    for (;;) {
+      std::vector<Move> moves = promising();
+      record(moves);
+      if (moves.size() > 1 && put_in(moves)) return true;
+      for (const Move& move : moves) {
+        if (put_in({move})) return true;
+        refused_.insert(place_of(move.effect.spec));
+      }
+      if (hopeless_.empty()) return false;
+      hopeless_.clear();
+    }
+  }
+
+  /// At every place the effect of most promise; most first.
+  std::vector<Move> promising() {
+    ScreenOptions look{sets_.simulator(), [](const std::string&) { return true; }};
+    look.skipped = [&](const EffectSpec& spec) { return hopeless_.count(place_of(spec)) > 0; };
+    std::map<std::string, std::vector<Move>> at;
+    std::map<NamedPlace, double> most;
+    const double now = standing_.model.fit.residual.squaredNorm();
+    for (ScreenedEffect& s : screen_effects(standing_.model, experiment_, look)) {
+      const double gain = 0.5 * (now - s.sum_of_squares);
+      double& there = most.emplace(place_of(s.spec), gain).first->second;
+      there = std::max(there, gain);
+      if (!(gain > kWorthPutting) || refused_.count(place_of(s.spec)) > 0 || !s.spec.recordings.empty()) continue;
+      if (!clashes(standing_.effects, s.spec)) at[s.spec.place].push_back({std::move(s), gain});
+    }
+    for (const auto& [place, gain] : most)
+      if (!(gain > kWorthPutting)) hopeless_.insert(place);
+    std::vector<Move> out;
+    for (auto& [place, moves] : at) {
+      std::stable_sort(moves.begin(), moves.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
+      remember_rivals(moves);
+      out.push_back(std::move(moves.front()));
+    }
+    std::stable_sort(out.begin(), out.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
+    return out;
+  }
+  /// Of the first one: the next best other effects.
+  void remember_rivals(const std::vector<Move>& moves) {
+    std::vector<Rival>& rivals = rivals_[place_of(moves.front().effect.spec)];
+    rivals.clear();
+    for (const Move& move : moves) {
+      const EffectSpec& spec = move.effect.spec;
+      const bool known =
+          spec.effect == moves.front().effect.spec.effect ||
+          std::any_of(rivals.begin(), rivals.end(), [&](const Rival& r) { return r.effect == spec.effect; });
+      if (!known && rivals.size() < kRivalsFitted)
+        rivals.push_back({spec.effect, spec.place, 0.0, spec.parameters, move.effect.own, {}});
+    }
+  }
+  static bool clashes(const std::vector<EffectSpec>& set, const EffectSpec& with) {
+    return std::any_of(set.begin(), set.end(), [&](const EffectSpec& member) {
+      return member.place == with.place && overlap(effect_info(member.effect), effect_info(with.effect));
+    });
+  }
+
+  /// The set with these, fitted; kept if it has more evidence and predicts better, each of them within its range.
+  bool put_in(const std::vector<Move>& moves) {
+    Change change;
+    for (const Move& move : moves) change.in.push_back(move.effect.spec), change.own.push_back(move.effect.own);
+    std::optional<Hypothesis> next = sets_.changed(standing_, change, kSetIterations);
+    if (!next) return false;
+    std::vector<Move> sound;
+    for (const Move& move : moves) {
+      if (sets_.ends_within(*next, move.effect.spec))
+        sound.push_back(move);
+      else
+        refused_.insert(place_of(move.effect.spec));
+    }
+    if (sound.size() < moves.size()) return !sound.empty() && put_in(sound);
+    if (!(sets_.log_odds(*next, standing_) > kWorthPutting)) return false;
+    if (!sets_.validate().empty() && !(sets_.heldout_difference(*next, standing_) > 0.0)) return false;
+    standing_ = std::move(*next);
+    return true;
+  }
+
+  void record(const std::vector<Move>& moves) {
+    std::vector<Candidate> round;
+    for (const Move& move : moves) {
+      Candidate c;
+      c.effect = move.effect.spec.effect, c.place = move.effect.spec.place;
+      c.train_gain = move.gain;
+      c.parameters = move.effect.parameters;
+      round.push_back(std::move(c));
+    }
+    if (!round.empty()) rounds_.push_back(std::move(round));
+  }
+
+  // ---- what may stay ------------------------------------------------------------------------------------------------
+
+  /// [joint]: energy on the validate (else train) recordings above the noise, in the weights of `by`.
+  std::vector<double> excess(const Hypothesis& of, const Hypothesis& by) const {
+    const std::vector<int>& on = sets_.validate().empty() ? sets_.train() : sets_.validate();
+    Problem problem(of.model.model, experiment_, of.model.space, sets_.simulator(), by.model.weights);
+    const Eigen::VectorXd r = problem.residual(of.model.fit.point, on);
+    const std::vector<double> noise = noise_levels(of.model.model, experiment_);
+    std::vector<double> out(experiment_.joint_names.size(), 0.0);
+    for (const ResidualBlock& b : problem.layout(on)) {
+      const auto c = static_cast<std::size_t>(b.channel);
+      const double floor = noise[c] > 0.0 ? std::pow(noise[c] / by.model.weights[c], 2) : 0.0;
+      out[static_cast<std::size_t>(experiment_.channels[c].joint)] +=
+          r.segment(b.first, b.count).squaredNorm() - floor * static_cast<double>(b.count);
+    }
+    return out;
+  }
+
+  /// Takes out what was added at joints where all of it together explains too little.
+  void hold_to_share(const Hypothesis& before) {
+    const std::vector<double> had = excess(before, before), has = excess(standing_, before);
+    const auto share = [&](std::size_t j) { return had[j] > 0.0 ? 1.0 - has[j] / had[j] : 0.0; };
+    double most = 0.0;
+    for (std::size_t j = 0; j < had.size(); ++j) most = std::max(most, share(j));
+    Change change;
+    for (const EffectSpec& spec : standing_.effects) {
+      const bool old = std::any_of(before.effects.begin(), before.effects.end(),
+                                   [&](const EffectSpec& b) { return place_of(b) == place_of(spec); });
+      const auto at = std::find(experiment_.joint_names.begin(), experiment_.joint_names.end(), spec.place);
+      const double removed = at == experiment_.joint_names.end()
+                                 ? most
+                                 : share(static_cast<std::size_t>(at - experiment_.joint_names.begin()));
+      if (!old && removed < kShareOfExcess) change.out.push_back(place_of(spec));
+    }
+    if (change.out.empty()) return;
+    if (auto next = sets_.changed(standing_, change, kSetIterations)) standing_ = std::move(*next);
+  }
+
+  /// Takes out, one after the other, what the validate recordings are no better predicted with, what explains nothing
+  /// to speak of, and what is as likely absent and so little determined that nobody could say how large it is.
+  void take_out_idle(double begun) {
+    for (bool again = true; again;) {
+      again = false;
+      for (std::size_t k = standing_.effects.size(); k-- > 0;) {
+        progress(begun + 0.1 * (1.0 - static_cast<double>(k) / static_cast<double>(standing_.effects.size())));
+        const EffectSpec spec = standing_.effects[k];
+        std::optional<Hypothesis> without =
+            sets_.changed(standing_, {{}, {}, {place_of(spec)}, {}, {}}, kSetIterations);
+        if (!without || is_needed(spec, *without)) continue;
+        standing_ = std::move(*without);
+        again = true;
+        notes_.push_back(
+            fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
+                        "explains nothing to speak of on the validate ones",
+                        spec.effect, spec.place));
+      }
+    }
+  }
+  bool is_needed(const EffectSpec& spec, const Hypothesis& without) const {
+    const double lost = sets_.log_odds(standing_, without);
+    if (!(lost > 0.0) || (lost < kIdleWindow && !sets_.is_determined(standing_, spec))) return false;
+    if (sets_.validate().empty()) return true;
+    return sets_.heldout_difference(standing_, without) > 0.0 &&
+           share_at_its_place(standing_, without, spec.place) > kLeastShareOfRest;
+  }
+  /// Share of the whitened validate energy at a joint (of the arm: at all) that one set leaves less than another.
+  double share_at_its_place(const Hypothesis& with, const Hypothesis& without, const std::string& place) const {
+    const Eigen::VectorXd one = sets_.heldout_rows(with, with), other = sets_.heldout_rows(without, with);
+    const Problem problem(with.model.model, experiment_, with.model.space, sets_.simulator(), with.model.weights);
+    const auto& names = experiment_.joint_names;
+    const bool at_joint = std::find(names.begin(), names.end(), place) != names.end();
+    double a = 0.0, b = 0.0;
+    for (const ResidualBlock& block : problem.layout(sets_.validate())) {
+      const int joint = experiment_.channels[static_cast<std::size_t>(block.channel)].joint;
+      if (at_joint && names[static_cast<std::size_t>(joint)] != place) continue;
+      a += one.segment(block.first, block.count).squaredNorm();
+      b += other.segment(block.first, block.count).squaredNorm();
+    }
+    return b > 0.0 ? 1.0 - a / b : 0.0;
+  }
+
+  void finer_step() {
+    const CurrentModel& now = standing_.model;
+    const StepChoice step = choose_step(now.model, experiment_, sets_.simulator(), now.space.expand(now.fit.point));
+    if (step.step < sets_.simulator().max_step) sets_.set_step(step.step);
+  }
+
+  // ---- what is claimed ----------------------------------------------------------------------------------------------
+
+  /// What may stand in a member's place.
+  struct Contestant {
+    EffectSpec spec;
+    std::vector<double> own;
+    Hypothesis set;
+  };
+
+  std::vector<Finding> claimed() {
+    std::vector<Finding> out;
+    for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
+      progress(0.7 + 0.3 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
+      Finding finding = judged(k);
+      if (class_probability(finding) >= kClaimed) {
+        out.push_back(std::move(finding));
+      } else {
+        notes_.push_back(fmt::format(
+            "{} at {} stays in the model, but is not claimed: that it is that or one of its class has a probability of "
+            "{:.2f}",
+            finding.effect, finding.place, class_probability(finding)));
+      }
+    }
+    return out;
+  }
+
+  /// What else could stand where member k does, fitted there.
+  std::vector<Contestant> rivals_of(std::size_t k, const Hypothesis& without) const {
+    std::vector<Contestant> out;
+    const auto known = rivals_.find(place_of(standing_.effects[k]));
+    if (known == rivals_.end()) return out;
+    for (const Rival& rival : known->second) {
+      const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
+      const bool stands = without.model.model.find_effect_at(spec.effect, spec.place) >= 0;
+      if (stands || clashes(without.effects, spec)) continue;
+      auto set = sets_.changed(without, {{spec}, {rival.own}, {}, {}, {}}, kSetIterations);
+      if (set && sets_.ends_within(*set, spec)) out.push_back({spec, rival.own, std::move(*set)});
+    }
+    return out;
+  }
+
+  Finding judged(std::size_t k) {
+    const EffectSpec spec = standing_.effects[k];
+    Finding out;
+    out.effect = spec.effect, out.place = spec.place, out.recordings = spec.recordings, out.fixed = spec.parameters;
+    out.members = {spec.effect};
+    std::optional<Hypothesis> without = sets_.changed(standing_, {{}, {}, {place_of(spec)}, {}, {}}, kSetIterations);
+    if (!without) return out;  // nothing to compare it with: not claimed
+    const std::vector<Contestant> rivals = rivals_of(k, *without);
+    std::vector<const Hypothesis*> sets{&standing_, &*without};
+    for (const Contestant& rival : rivals) sets.push_back(&rival.set);
+    weigh(out, sets, rivals);
+    describe_heldout(out, *without);
+    describe_evidence(out, without->model, standing_.model, experiment_, sets_.simulator());
+    return out;
+  }
+
+  /// Shares of exp(log evidence) over block resamples, one linear refit of each set a resample.
+  void weigh(Finding& out, const std::vector<const Hypothesis*>& sets, const std::vector<Contestant>& rivals) const {
+    std::vector<Linearised> near;
+    std::vector<double> whole, prior;
+    for (const Hypothesis* set : sets) {
+      FittedRows r = sets_.rows(set->model, standing_.model.weights);
+      const Colour colour = sets_.colour(set->model, r.residual, r.blocks);
+      double correlation = 1.0;
+      for (std::size_t c = 0; c < experiment_.channels.size(); ++c)
+        correlation = std::max(correlation, colour.correlation_samples(static_cast<int>(c)));
+      colour.whiten(r.residual, r.blocks);
+      for (LinearColumn& c : r.columns) colour.whiten(c.train, r.blocks);
+      const std::vector<int> blocks = time_blocks(r.blocks, correlation);
+      near.emplace_back(std::move(r.residual), Eigen::VectorXd(), std::move(r.columns), std::vector<Part>{}, blocks);
+      prior.push_back(sets_.log_prior(set->effects));
+      whole.push_back(near.back().evidence({}) + prior.back());
+    }
+    std::vector<double> shares(sets.size(), 0.0);
+    int wins = 0;
+    for (const std::vector<double>& draw : block_draws(near.front().blocks(), kSetDraws, options_.seed)) {
+      std::vector<double> logs;
+      for (std::size_t s = 0; s < near.size(); ++s) logs.push_back(near[s].evidence({}, draw) + prior[s]);
+      const double most = *std::max_element(logs.begin(), logs.end());
+      wins += logs.front() == most;
+      double total = 0.0;
+      for (double& x : logs) total += x = std::exp(std::max(x - most, -700.0));
+      for (std::size_t s = 0; s < logs.size(); ++s) shares[s] += logs[s] / total / kSetDraws;
+    }
+    out.probability = shares[0];
+    out.outside = shares[1];
+    out.stability = static_cast<double>(wins) / kSetDraws;
+    const int numbers = static_cast<int>(own_axes(standing_.model, {out.effect, out.place, {}, {}, ""}).size());
+    out.p_value = chance(std::max(0.0, whole[0] - whole[1]), std::max(numbers, 1), static_cast<int>(sets_.offered()));
+    for (std::size_t r = 0; r < rivals.size(); ++r) {
+      const Contestant& rival = rivals[r];
+      out.rivals.push_back({rival.spec.effect, rival.spec.place, shares[r + 2], rival.spec.parameters, rival.own, {}});
+      if (whole[0] - whole[r + 2] < kNotToldApart) out.members.push_back(rival.spec.effect);
+    }
+    std::stable_sort(out.rivals.begin(), out.rivals.end(),
+                     [](const Rival& a, const Rival& b) { return a.probability > b.probability; });
+  }
+
+  void describe_heldout(Finding& out, const Hypothesis& without) const {
+    if (sets_.validate().empty()) return;
+    const Eigen::VectorXd with = sets_.heldout_rows(standing_, standing_);
+    const Eigen::VectorXd other = sets_.heldout_rows(without, standing_);
+    const Eigen::Index length = std::max<Eigen::Index>(1, with.size() / 40);
+    double sum = 0.0, squares = 0.0, n = 0.0;
+    for (Eigen::Index k = 0; k < with.size(); k += length, ++n) {
+      const Eigen::Index count = std::min(length, with.size() - k);
+      const double gain = 0.5 * (other.segment(k, count).squaredNorm() - with.segment(k, count).squaredNorm());
+      sum += gain, squares += gain * gain;
+    }
+    out.heldout_gain = sum;
+    out.heldout_error = n > 1.0 ? std::sqrt(std::max(0.0, squares - sum * sum / n)) : 0.0;
+    out.heldout_share = 1.0 - with.squaredNorm() / std::max(other.squaredNorm(), 1e-300);
+  }
+
+  const Experiment& experiment_;
+  SetSearchOptions options_;
+  Hypotheses sets_;
+  Hypothesis standing_;
+  std::set<NamedPlace> refused_;   ///< put in without success
+  std::set<NamedPlace> hopeless_;  ///< promised too little at the last look
+  std::map<NamedPlace, std::vector<Rival>> rivals_;
+  std::vector<std::vector<Candidate>> rounds_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+std::optional<SetSearchResult> search_sets(const CurrentModel& plain, const CurrentModel& current,
+                                           const std::vector<Finding>& findings, const Experiment& experiment,
+                                           const SetSearchOptions& options) {
+  return SetSearch(plain, current, findings, experiment, options).run();
+}
+
+bool leaves_a_rest(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
+  std::vector<int> unseen = experiment.with_role(Role::validate);
+  if (unseen.empty()) unseen = experiment.with_role(Role::train);
+  Problem problem(current.model, experiment, current.space, options, current.weights);
+  const Eigen::VectorXd r = problem.residual(current.fit.point, unseen);
+  std::vector<double> noise = noise_levels(current.model, experiment);
+  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
+  return !excess_over_noise(r, problem.layout(unseen), noise).empty();
+}
+
+}  // namespace lacuna
