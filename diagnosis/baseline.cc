@@ -78,7 +78,7 @@ void best_of(std::vector<LeastSquaresResult> ends, const Experiment& experiment,
   descent.control = options.control;
   descent.control.progress = nullptr;
   SeveralStarts found = from_several_starts(problem, experiment.with_role(Role::train), std::move(ends),
-                                            noise_is_known(current.model, experiment), options.genetic.seed, descent);
+                                            noise_is_known(experiment), options.genetic.seed, descent);
   current.fit = std::move(found.best);
   fit.arrived = found.arrived;
   fit.doubt = found.doubt;
@@ -101,7 +101,7 @@ double noise_seen(const Experiment& experiment, std::size_t channel) {
   return seen.empty() ? std::nan("") : seen[seen.size() / 2];
 }
 
-std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment) {
+std::vector<double> noise_levels(const Experiment& experiment) {
   const std::vector<Channel>& channels = experiment.channels;
   std::vector<double> out;
   for (std::size_t c = 0; c < channels.size(); ++c) {
@@ -123,7 +123,7 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
     sum[c] += current.fit.residual.segment(block.first, block.count).squaredNorm();
     count[c] += static_cast<double>(block.count);
   }
-  const std::vector<double> noise = noise_levels(current.model, experiment);
+  const std::vector<double> noise = noise_levels(experiment);
   for (std::size_t c = 0; c < out.size(); ++c) {
     if (!(count[c] > 0.0)) continue;
     const double rms = current.weights[c] * std::sqrt(sum[c] / count[c]);

@@ -11,7 +11,7 @@ double noise_seen(const Experiment& experiment, std::size_t channel);
 
 /// rms of each predicted channel's noise: what the scenario states or the recordings show, whichever is larger (a
 /// stated figure may leave out the transducer's steps). NaN where nothing is known.
-std::vector<double> noise_levels(const PlantModel& model, const Experiment& experiment);
+std::vector<double> noise_levels(const Experiment& experiment);
 
 /// Weights for the next fit: the noise where the residual is down to it, the residual's own rms elsewhere, so that a
 /// joint with a misfit does not outweigh the others.

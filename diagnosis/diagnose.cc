@@ -104,7 +104,7 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   Problem b(after.model, experiment, after.space, options, before.weights);
   const Eigen::VectorXd r0 = a.residual(before.fit.point, unseen), r1 = b.residual(after.fit.point, unseen);
   const auto blocks = a.layout(unseen);
-  std::vector<double> noise = noise_levels(before.model, experiment);
+  std::vector<double> noise = noise_levels(experiment);
   double floor = 0.0;
   for (std::size_t c = 0; c < noise.size(); ++c) {
     noise[c] /= before.weights[c];
@@ -147,7 +147,7 @@ void note_test_rest(Diagnosis& out, const CurrentModel& after, const Experiment&
   const std::vector<int> test = experiment.with_role(Role::test);
   if (test.empty() || out.unexplained.present) return;
   Problem problem(after.model, experiment, after.space, options, after.weights);
-  std::vector<double> noise = noise_levels(after.model, experiment);
+  std::vector<double> noise = noise_levels(experiment);
   for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= after.weights[c];
   const std::vector<Channel> channels = experiment.channels;
   for (const ExcessNoise& excess :
@@ -306,7 +306,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   attach_parameters(out);
   judge_rest(out, before, current, experiment, simulator);
   note_test_rest(out, current, experiment, simulator);
-  const std::vector<double> noise = noise_levels(model, experiment);
+  const std::vector<double> noise = noise_levels(experiment);
   const std::vector<Channel>& channels = experiment.channels;
   for (std::size_t c = 0; c < channels.size(); ++c)
     out.noise.emplace_back(rms_entry(channels[c], experiment), noise[c] > 0.0 ? noise[c] : std::nan(""));

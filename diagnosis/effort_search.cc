@@ -70,7 +70,7 @@ class EffortSearch {
   /// What every machine's joint has, as the regression by base parameters takes it: together, since one hides another.
   void start() {
     const PlantModel& plain = sets_.plain().model;
-    Change dry;
+    SetChange dry;
     for (const char* effect : {"coulomb_friction", "viscous_friction", "torque_offset", "armature"}) {
       for (EffectSpec& spec : offered(effect_info(effect))) {
         const PlantModel model = plain.with_effects({spec});
@@ -422,8 +422,8 @@ class EffortSearch {
     }
     return false;
   }
-  Change change_of(const Linearised& near, const std::vector<Move>& moves) const {
-    Change out;
+  SetChange change_of(const Linearised& near, const std::vector<Move>& moves) const {
+    SetChange out;
     for (const Move& move : moves) {
       if (move.out >= 0) out.out.push_back(place_of(near.parts()[static_cast<std::size_t>(move.out)].spec));
       if (move.in < 0) continue;
@@ -524,7 +524,7 @@ class EffortSearch {
       }
       if (worst < 0) return;
       const EffectSpec gone = standing_.effects[static_cast<std::size_t>(worst)];
-      Change change;
+      SetChange change;
       change.out.push_back(place_of(gone));
       std::optional<Hypothesis> next = sets_.changed(standing_, change, kFitIterations);
       const double lost = next ? sets_.log_odds(standing_, *next) : HUGE_VAL;

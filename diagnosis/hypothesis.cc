@@ -88,7 +88,7 @@ std::vector<double> Hypotheses::independent_weights(const CurrentModel& model) c
   return out;
 }
 
-std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const Change& change, int iterations) const {
+std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetChange& change, int iterations) const {
   const CurrentModel& now = from.model;
   Hypothesis out{{}, {plain_.model, plain_.space, now.weights, {}}};
   out.model.fit.point.assign(now.fit.point.begin(),
@@ -122,7 +122,7 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const Chan
 
 /// Under which no innovation lies: each channel's noise over its weight.
 std::vector<double> Hypotheses::floors(const CurrentModel& model) const {
-  std::vector<double> out = noise_levels(model.model, experiment_);
+  std::vector<double> out = noise_levels(experiment_);
   for (std::size_t c = 0; c < out.size(); ++c) out[c] /= model.weights[c];
   return out;
 }

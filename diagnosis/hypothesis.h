@@ -33,7 +33,7 @@ struct Hypothesis {
 std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec& spec);
 
 /// What is changed of a set.
-struct Change {
+struct SetChange {
   std::vector<EffectSpec> in;                             ///< put in
   std::vector<std::vector<double>> own;                   ///< where their own coordinates start
   std::vector<NamedPlace> out;                            ///< taken out
@@ -67,7 +67,7 @@ class Hypotheses {
   /// Least squares with priors, weights brought up to date until a colour is settled on. False: cannot be simulated.
   bool fit(CurrentModel& model, int iterations) const;
   /// A set with a change, from its values, fitted; nothing where it cannot be simulated.
-  std::optional<Hypothesis> changed(const Hypothesis& from, const Change& change, int iterations) const;
+  std::optional<Hypothesis> changed(const Hypothesis& from, const SetChange& change, int iterations) const;
 
   /// Noise and discrepancy of what a set leaves; once settled, that one for every set.
   Colour colour(const CurrentModel& model, const Eigen::VectorXd& residual,

@@ -248,7 +248,7 @@ bool Judge::settle(CurrentModel& model) {
 }
 
 std::vector<Judge::Energy> Judge::heldout_energy() const {
-  const std::vector<double> noise = noise_levels(current_.model, experiment_);
+  const std::vector<double> noise = noise_levels(experiment_);
   std::map<int, Energy> channels;
   for (const ResidualBlock& block : plain_.layout(validate_)) {
     const std::size_t c = static_cast<std::size_t>(block.channel);

@@ -220,6 +220,7 @@ std::vector<double> Linearised::heldout_blocks(const Set& set, Eigen::Index leng
 }
 
 Eigen::MatrixXd Linearised::weighed(const std::vector<double>& weights) const {
+  if (block_grams_.empty()) return gram_;  // one block: no resampling
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(gram_.rows(), gram_.cols());
   for (std::size_t b = 0; b < block_grams_.size(); ++b)
     if (weights[b] != 0.0) out += weights[b] * block_grams_[b];
@@ -231,7 +232,7 @@ std::vector<std::vector<double>> Linearised::shares(const std::vector<Set>& sets
   std::vector<std::vector<double>> out;
   const std::size_t blocks = block_grams_.size();
   for (const std::vector<double>& weights : block_draws(blocks, draws, seed)) {
-    const Eigen::MatrixXd gram = blocks > 1 ? weighed(weights) : gram_;
+    const Eigen::MatrixXd gram = weighed(weights);
     std::vector<double> logs;
     double most = -HUGE_VAL, total = 0.0;
     for (const Set& set : sets) {

@@ -75,7 +75,7 @@ class Efforts {
   const Experiment& free_run() const { return free_run_; }
   /// Whether it is known of every measured position how noisy it is.
   bool noise_known() const {
-    const std::vector<double> levels = noise_levels(model_.model, free_run_);
+    const std::vector<double> levels = noise_levels(free_run_);
     for (std::size_t c = 0; c < free_run_.channels.size(); ++c)
       if (free_run_.channels[c].kind == ChannelKind::position && !(levels[c] > 0.0)) return false;
     return true;
@@ -93,7 +93,7 @@ class Efforts {
     Experiment noisy = experiment_;
     std::vector<RawMotion> raw;
     for (const Segment& segment : experiment_.segments) raw.push_back(*segment.raw);
-    const std::vector<double> levels = noise_levels(model_.model, free_run_);
+    const std::vector<double> levels = noise_levels(free_run_);
     for (std::size_t c = 0; c < levels.size(); ++c) {
       if (!(levels[c] > 0.0) || free_run_.channels[c].kind != ChannelKind::position) continue;
       const double kept = noise_correlation(noise_seen(free_run_, c) / levels[c]);

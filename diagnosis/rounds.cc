@@ -13,6 +13,7 @@
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/exchange.h"
+#include "diagnosis/hypothesis.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/where.h"
 #include "diagnosis/without.h"
@@ -33,7 +34,7 @@ bool leaves_something(const CurrentModel& current, const Experiment& experiment,
   Problem problem(current.model, experiment, current.space, options, current.weights);
   const Eigen::VectorXd r = problem.residual(current.fit.point, seen);
   const auto blocks = problem.layout(seen);
-  std::vector<double> noise = noise_levels(current.model, experiment);
+  std::vector<double> noise = noise_levels(experiment);
   for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
   return !excess_over_noise(r, blocks, noise).empty() || chance_of_white(r, blocks) < kWhite;
 }
@@ -75,7 +76,7 @@ Decision next_decision(const CurrentModel& current, const Experiment& experiment
 /// effects there, no more numbers than the one kept. The second is one of many that were tried, and costs their number;
 /// and two causes at one joint are beforehand less likely than one.
 double odds_of_pair(const Decision& decision, const Experiment& experiment, DecideOptions options) {
-  if (!decision.branch || decision.branch->finding.place == "arm") return -HUGE_VAL;
+  if (!decision.branch || effect_info(decision.branch->finding.effect).where == Where::arm) return -HUGE_VAL;
   const CurrentModel& first = decision.branch->model;
   options.simulator = decision.simulator;
   const auto there = [&](const std::string& place) { return place == decision.branch->finding.place; };

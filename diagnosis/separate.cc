@@ -161,7 +161,7 @@ class SeparatingMotions {
 /// Rows in units of the noise where that is known.
 Eigen::VectorXd row_factors(const CurrentModel& model, const Experiment& experiment,
                             const std::vector<ResidualBlock>& blocks, Eigen::Index rows) {
-  const std::vector<double> noise = noise_levels(model.model, experiment);
+  const std::vector<double> noise = noise_levels(experiment);
   Eigen::VectorXd out = Eigen::VectorXd::Ones(rows);
   for (const ResidualBlock& block : blocks) {
     const std::size_t c = static_cast<std::size_t>(block.channel);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kMostSetRounds = 12;
 constexpr double kWorthPutting = 10.0;     ///< log evidence that a change must bring
-constexpr int kSetIterations = 8;          ///< of a set on its way
+constexpr int kSetIterations = 15;         ///< of a set on its way
 constexpr double kIdleWindow = 8.0;        ///< log evidence under which an undetermined member is idle
 constexpr double kNotToldApart = 3.0;      ///< within which rivals are one class: 20 to 1
 constexpr double kLeastShareOfRest = 0.1;  ///< of what a joint is left with, that a member must explain
@@ -81,6 +81,7 @@ class SetSearch {
   /// search ends.
   bool improve() {
     for (;;) {
+      const bool everything = hopeless_.empty();
       std::vector<Move> moves = promising();
       record(moves);
       if (moves.size() > 1 && put_in(moves)) return true;
@@ -88,7 +89,7 @@ class SetSearch {
         if (put_in({move})) return true;
         refused_.insert(place_of(move.effect.spec));
       }
-      if (hopeless_.empty()) return false;
+      if (everything) return false;
       hopeless_.clear();
     }
   }
@@ -139,7 +140,7 @@ class SetSearch {
 
   /// The set with these, fitted; kept if it has more evidence and predicts better, each of them within its range.
   bool put_in(const std::vector<Move>& moves) {
-    Change change;
+    SetChange change;
     for (const Move& move : moves) change.in.push_back(move.effect.spec), change.own.push_back(move.effect.own);
     std::optional<Hypothesis> next = sets_.changed(standing_, change, kSetIterations);
     if (!next) return false;
@@ -176,7 +177,7 @@ class SetSearch {
     const std::vector<int>& on = sets_.validate().empty() ? sets_.train() : sets_.validate();
     Problem problem(of.model.model, experiment_, of.model.space, sets_.simulator(), by.model.weights);
     const Eigen::VectorXd r = problem.residual(of.model.fit.point, on);
-    const std::vector<double> noise = noise_levels(of.model.model, experiment_);
+    const std::vector<double> noise = noise_levels(experiment_);
     std::vector<double> out(experiment_.joint_names.size(), 0.0);
     for (const ResidualBlock& b : problem.layout(on)) {
       const auto c = static_cast<std::size_t>(b.channel);
@@ -193,7 +194,7 @@ class SetSearch {
     const auto share = [&](std::size_t j) { return had[j] > 0.0 ? 1.0 - has[j] / had[j] : 0.0; };
     double most = 0.0;
     for (std::size_t j = 0; j < had.size(); ++j) most = std::max(most, share(j));
-    Change change;
+    SetChange change;
     for (const EffectSpec& spec : standing_.effects) {
       const bool old = std::any_of(before.effects.begin(), before.effects.end(),
                                    [&](const EffectSpec& b) { return place_of(b) == place_of(spec); });
@@ -234,18 +235,15 @@ class SetSearch {
     return sets_.heldout_difference(standing_, without) > 0.0 &&
            share_at_its_place(standing_, without, spec.place) > kLeastShareOfRest;
   }
-  /// Share of the whitened validate energy at a joint (of the arm: at all) that one set leaves less than another.
+  /// Share of what stands above the noise at a joint (of the arm: at all of them) that one set leaves less than
+  /// another.
   double share_at_its_place(const Hypothesis& with, const Hypothesis& without, const std::string& place) const {
-    const Eigen::VectorXd one = sets_.heldout_rows(with, with), other = sets_.heldout_rows(without, with);
-    const Problem problem(with.model.model, experiment_, with.model.space, sets_.simulator(), with.model.weights);
+    const std::vector<double> one = excess(with, with), other = excess(without, with);
     const auto& names = experiment_.joint_names;
     const bool at_joint = std::find(names.begin(), names.end(), place) != names.end();
     double a = 0.0, b = 0.0;
-    for (const ResidualBlock& block : problem.layout(sets_.validate())) {
-      const int joint = experiment_.channels[static_cast<std::size_t>(block.channel)].joint;
-      if (at_joint && names[static_cast<std::size_t>(joint)] != place) continue;
-      a += one.segment(block.first, block.count).squaredNorm();
-      b += other.segment(block.first, block.count).squaredNorm();
+    for (std::size_t j = 0; j < names.size(); ++j) {
+      if (!at_joint || names[j] == place) a += std::max(0.0, one[j]), b += std::max(0.0, other[j]);
     }
     return b > 0.0 ? 1.0 - a / b : 0.0;
   }
@@ -395,7 +393,7 @@ bool leaves_a_rest(const CurrentModel& current, const Experiment& experiment, co
   if (unseen.empty()) unseen = experiment.with_role(Role::train);
   Problem problem(current.model, experiment, current.space, options, current.weights);
   const Eigen::VectorXd r = problem.residual(current.fit.point, unseen);
-  std::vector<double> noise = noise_levels(current.model, experiment);
+  std::vector<double> noise = noise_levels(experiment);
   for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
   return !excess_over_noise(r, problem.layout(unseen), noise).empty();
 }

@@ -66,7 +66,7 @@ void follow(Problem& problem, std::span<const int> segments, const LeastSquaresO
 
 bool down_to_noise(double sum, double n) { return sum <= n + kBeyondNoise * std::sqrt(2.0 * n); }
 
-bool noise_is_known(const PlantModel& model, const Experiment& experiment) {
+bool noise_is_known(const Experiment& experiment) {
   const std::vector<Channel>& channels = experiment.channels;
   return std::all_of(channels.begin(), channels.end(), [](const Channel& c) { return c.noise > 0.0; });
 }

@@ -36,6 +36,6 @@ std::string pushed_against_bounds(const PlantModel& model, const SearchSpace& sp
 bool down_to_noise(double sum, double n);
 
 /// Whether first_weights() are the noise in every channel that is predicted.
-bool noise_is_known(const PlantModel& model, const Experiment& experiment);
+bool noise_is_known(const Experiment& experiment);
 
 }  // namespace lacuna

@@ -273,7 +273,7 @@ namespace {
 void look_elsewhere(Problem& problem, std::span<const int> train, const IdentifyOptions& options,
                     const LeastSquaresOptions& finish, FitResult& fit) {
   const SearchSpace& space = problem.space();
-  const bool known = noise_is_known(problem.model(), problem.experiment());
+  const bool known = noise_is_known(problem.experiment());
   std::vector<LeastSquaresResult> ends{fit.solution};
   const double samples = static_cast<double>(fit.solution.residual.size());
   if (options.optimizer != Optimizer::lsq && !(known && down_to_noise(fit.solution.sum_of_squares, samples))) {

@@ -163,7 +163,7 @@ void add_baselines(const BlindCase& one, CaseKind kind, Baselines& out) {
   if (kind == CaseKind::null) out.bic_false_alarms.add(bic != nullptr);
   if (kind != CaseKind::single) return;
   const BlindLabel::Effect& hidden = one.label->effects.front();
-  if (hidden.place != "arm") out.largest_residual_location.add(largest_residual(*one.verdict) == hidden.place);
+  if (!of_whole_arm(hidden.effect)) out.largest_residual_location.add(largest_residual(*one.verdict) == hidden.place);
   out.bic_location.add(bic != nullptr && bic->place == hidden.place);
   out.bic_effect.add(bic != nullptr && bic->place == hidden.place && bic->effect == hidden.effect);
 }

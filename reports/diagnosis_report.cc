@@ -81,10 +81,10 @@ Html findings_table(const Diagnosis& d) {
     for (const Estimate& parameter : f.parameters) parameters.push_back(named_value(parameter));
     for (std::size_t i = 0; i < std::min<std::size_t>(f.rivals.size(), 3); ++i) {
       const Rival& r = f.rivals[i];
-      rivals.push_back(
-          fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.place), probability(r.probability)));
+      rivals.push_back(fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.effect, r.place),
+                                   probability(r.probability)));
     }
-    table.row({element("strong", text(effect_title(f.effect))), text(place_words(f.place)), lines(parameters),
+    table.row({element("strong", text(effect_title(f.effect))), text(place_words(f.effect, f.place)), lines(parameters),
                text(probability(f.probability)), lines(rivals), text(chance_words(f.p_value)),
                text(with_error(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
   }
@@ -136,7 +136,8 @@ Html finding_card(const Finding& f, std::size_t number) {
   if (f.separation) entries.emplace_back("motion that would tell", text(separation_words(*f.separation, number)));
   entries.emplace_back("stability", text(fmt::format("best in {} of the resamples of the data", percent(f.stability))));
   if (info != nullptr) entries.emplace_back("source", text(info->source));
-  return element("div", element("h3", text(effect_title(f.effect) + ", " + place_words(f.place))) + facts(entries),
+  return element("div",
+                 element("h3", text(effect_title(f.effect) + ", " + place_words(f.effect, f.place))) + facts(entries),
                  "card");
 }
 
@@ -242,7 +243,7 @@ Html round_chart(const Diagnosis& d, const std::vector<Candidate>& round) {
                {"outcome"}});
   for (const Candidate* c : order) {
     table.row(
-        {text(effect_title(c->effect)), text(place_words(c->place)), text(std::to_string(c->parameters)),
+        {text(effect_title(c->effect)), text(place_words(c->effect, c->place)), text(std::to_string(c->parameters)),
          text(number(c->train_gain, 4)), text(with_error(c->heldout_gain, c->heldout_error)),
          text(percent(c->heldout_share)), text(chance_words(c->p_value)), text(c->note.empty() ? "kept" : c->note)},
         is_finding(d, *c));

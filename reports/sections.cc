@@ -44,7 +44,7 @@ double rms_of(std::span<const double> values) {
 std::vector<std::pair<double, double>> marked_times(const Trace& trace, const std::vector<Finding>& findings) {
   std::vector<std::pair<double, double>> out;
   for (const Finding& finding : findings) {
-    if (finding.place != "arm" && finding.place != trace.joint) continue;
+    if (!of_whole_arm(finding.effect) && finding.place != trace.joint) continue;
     for (const Finding::Interval& i : finding.times) {
       if (i.recording.empty() || i.recording == trace.recording) out.emplace_back(i.begin, i.end);
     }

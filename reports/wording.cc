@@ -63,7 +63,7 @@ std::string with_unit(const std::string& value, const std::string& unit) {
 
 /// "Coulomb friction at joint_2".
 std::string finding_words(const Finding& finding) {
-  return effect_title(finding.effect) + (finding.place == "arm" ? " of the arm" : " at " + finding.place);
+  return effect_title(finding.effect) + (of_whole_arm(finding.effect) ? " of the arm" : " at " + finding.place);
 }
 
 std::string parameter_words(const Finding& finding) {
@@ -117,7 +117,7 @@ std::string by_effect(const std::vector<Finding>& findings) {
     const auto same =
         std::find_if(places.begin(), places.end(), [&](const auto& p) { return p.first == finding.effect; });
     auto& of = same == places.end() ? places.emplace_back(finding.effect, std::vector<std::string>{}) : *same;
-    of.second.push_back(place_words(finding.place));
+    of.second.push_back(place_words(finding.effect, finding.place));
   }
   std::string out;
   for (const auto& [effect, where] : places)
@@ -253,7 +253,14 @@ std::string effect_title(const std::string& effect) {
   return index < 0 ? effect : effect_table()[static_cast<std::size_t>(index)].title;
 }
 
-std::string place_words(const std::string& place) { return place == "arm" ? "the arm" : place; }
+bool of_whole_arm(const std::string& effect) {
+  const int index = find_effect(effect);
+  return index >= 0 && effect_table()[static_cast<std::size_t>(index)].where == Where::arm;
+}
+
+std::string place_words(const std::string& effect, const std::string& place) {
+  return of_whole_arm(effect) ? "the arm" : place;
+}
 
 std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, const std::string& entry) {
   if (diagnosis != nullptr) {

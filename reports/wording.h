@@ -37,8 +37,10 @@ std::string list_of(const std::vector<std::string>& items);
 
 /// "Coulomb friction" for coulomb_friction; an unknown name stays as it is.
 std::string effect_title(const std::string& effect);
-/// "joint_2", or "the arm".
-std::string place_words(const std::string& place);
+/// Whether the effect acts on the whole arm; a joint may be named "arm", too.
+bool of_whole_arm(const std::string& effect);
+/// Where an effect acts: "joint_2", or "the arm".
+std::string place_words(const std::string& effect, const std::string& place);
 
 /// Unit of a residual's joint entry ("joint_2", "joint_2.velocity") in this scenario; "" where it does
 /// not say.
