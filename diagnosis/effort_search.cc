@@ -483,7 +483,7 @@ class EffortSearch {
   /// Less than nothing counts for a refusal: what is put in must predict them.
   double heldout_gain(const Hypothesis& one, const Hypothesis& other) const {
     if (validate_.empty()) return 0.0;
-    const double gain = sets_.heldout_difference(one, other);
+    const double gain = sets_.heldout_difference(one, other).gain;
     return gain < 0.0 && one.effects.size() >= other.effects.size() ? -HUGE_VAL : gain;
   }
   void record(const Linearised& near, const std::vector<Move>& moves) {
@@ -528,7 +528,7 @@ class EffortSearch {
       change.out.push_back(place_of(gone));
       std::optional<Hypothesis> next = sets_.changed(standing_, change, kFitIterations);
       const double lost = next ? sets_.log_odds(standing_, *next) : HUGE_VAL;
-      const double predicts = next && !validate_.empty() ? sets_.heldout_difference(standing_, *next) : -HUGE_VAL;
+      const double predicts = next && !validate_.empty() ? sets_.heldout_difference(standing_, *next).gain : -HUGE_VAL;
       if (!next || (predicts > 0.0 && lost > kWindow && negligible.count(place_of(gone)) == 0)) {
         needed.insert(place_of(gone));
         continue;

@@ -14,7 +14,8 @@ namespace {
 constexpr double kFitTolerance = 1e-6;
 constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
-constexpr double kOneMore = 0.3;       ///< of one effect more in a set, before any data (DIAGNOSIS: h)
+constexpr Eigen::Index kHeldoutBlocks = 40;
+constexpr double kOneMore = 0.3;  ///< of one effect more in a set, before any data (DIAGNOSIS: h)
 
 double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
 
@@ -179,9 +180,20 @@ double Hypotheses::log_odds(const Hypothesis& one, const Hypothesis& other) cons
          log_prior(other.effects);
 }
 
-double Hypotheses::heldout_difference(const Hypothesis& one, const Hypothesis& other) const {
-  if (validate_.empty()) return 0.0;
-  return 0.5 * (heldout_rows(other, one).squaredNorm() - heldout_rows(one, one).squaredNorm());
+HeldoutDifference Hypotheses::heldout_difference(const Hypothesis& one, const Hypothesis& other) const {
+  if (validate_.empty()) return {};
+  const Eigen::VectorXd less = heldout_rows(one, one), more = heldout_rows(other, one);
+  const Eigen::Index length = std::max<Eigen::Index>(1, less.size() / kHeldoutBlocks);
+  HeldoutDifference out;
+  double squares = 0.0, n = 0.0;
+  for (Eigen::Index k = 0; k < less.size(); k += length, ++n) {
+    const Eigen::Index count = std::min(length, less.size() - k);
+    const double gain = 0.5 * (more.segment(k, count).squaredNorm() - less.segment(k, count).squaredNorm());
+    out.gain += gain, squares += gain * gain;
+  }
+  out.error = n > 1.0 ? std::sqrt(std::max(0.0, squares - out.gain * out.gain / n)) : 0.0;
+  out.share = 1.0 - less.squaredNorm() / std::max(more.squaredNorm(), 1e-300);
+  return out;
 }
 
 double Hypotheses::log_prior(const std::vector<EffectSpec>& effects) const {

@@ -48,6 +48,15 @@ struct FittedRows {
   std::vector<LinearColumn> columns;
 };
 
+/// Log-likelihood that one set gains over another on recordings that neither was fitted to.
+struct HeldoutDifference {
+  double gain = 0.0;
+  double error = 0.0;  ///< standard error, from blocks of the recordings
+  double share = 0.0;  ///< of the other's whitened energy that the one takes away
+  /// By more than such recordings scatter.
+  bool speaks_against() const { return gain < -2.0 * error; }
+};
+
 class Hypotheses {
  public:
   /// Both must outlive it. `everywhere`: effects that belong to every set and are no member of any.
@@ -81,8 +90,8 @@ class Hypotheses {
 
   /// Log evidence of one fitted set over another, weighed with the colour of the one that leaves less.
   double log_odds(const Hypothesis& one, const Hypothesis& other) const;
-  /// Log-likelihood that one set gains over another on the validate recordings; 0 where there are none.
-  double heldout_difference(const Hypothesis& one, const Hypothesis& other) const;
+  /// What one set gains over another on the validate recordings; nothing where there are none.
+  HeldoutDifference heldout_difference(const Hypothesis& one, const Hypothesis& other) const;
   /// log prior of a set, up to what all sets share.
   double log_prior(const std::vector<EffectSpec>& effects) const;
   /// Sets of train recordings that an effect in some of them could have been in.

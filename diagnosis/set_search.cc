@@ -20,6 +20,8 @@ namespace {
 constexpr int kMostSetRounds = 12;
 constexpr double kWorthPutting = 10.0;     ///< log evidence that a change must bring
 constexpr int kSetIterations = 15;         ///< of a set on its way
+constexpr double kWorthTogether = 2.0;     ///< log-likelihood that a member of a compound promises alone
+constexpr std::size_t kMostTogether = 4;   ///< members of a compound
 constexpr double kIdleWindow = 8.0;        ///< log evidence under which an undetermined member is idle
 constexpr double kNotToldApart = 3.0;      ///< within which rivals are one class: 20 to 1
 constexpr double kLeastShareOfRest = 0.1;  ///< of what a joint is left with, that a member must explain
@@ -86,7 +88,7 @@ class SetSearch {
       record(moves);
       if (moves.size() > 1 && put_in(moves)) return true;
       for (const Move& move : moves) {
-        if (put_in({move})) return true;
+        if (put_in({move}) || put_in_compound(move)) return true;
         refused_.insert(place_of(move.effect.spec));
       }
       if (everything) return false;
@@ -94,30 +96,58 @@ class SetSearch {
     }
   }
 
+  /// What makes sense only together: beside one move, the most promising others of its place that act on the same part
+  /// of the way from command to reading; those that the recordings do not need go when the search ends.
+  bool put_in_compound(const Move& first) {
+    std::vector<Move> together{first};
+    std::vector<EffectSpec> specs{first.effect.spec};
+    for (const Move& other : looked_at_[first.effect.spec.place]) {
+      const EffectSpec& spec = other.effect.spec;
+      if (together.size() >= kMostTogether || clashes(standing_.effects, spec) || clashes(specs, spec)) continue;
+      if (part_of(spec) != part_of(first.effect.spec)) continue;
+      together.push_back(other);
+      specs.push_back(spec);
+    }
+    std::set<NamedPlace> members;
+    for (const EffectSpec& spec : specs) members.insert(place_of(spec));
+    return together.size() > 1 && tried_together_.insert(members).second && put_in(together);
+  }
+  /// The command's way to the joint, the joint's transmission, its link, the readings.
+  static Stage part_of(const EffectSpec& spec) {
+    const Stage stage = effect_info(spec.effect).stage;
+    return stage < Stage::transmission ? Stage::command : stage;
+  }
+
   /// At every place the effect of most promise; most first.
   std::vector<Move> promising() {
     ScreenOptions look{sets_.simulator(), [](const std::string&) { return true; }};
     look.skipped = [&](const EffectSpec& spec) { return hopeless_.count(place_of(spec)) > 0; };
     std::map<std::string, std::vector<Move>> at;
+    looked_at_.clear();
     std::map<NamedPlace, double> most;
     const double now = standing_.model.fit.residual.squaredNorm();
     for (ScreenedEffect& s : screen_effects(standing_.model, experiment_, look)) {
       const double gain = 0.5 * (now - s.sum_of_squares);
       double& there = most.emplace(place_of(s.spec), gain).first->second;
       there = std::max(there, gain);
+      if (gain > kWorthTogether && s.spec.recordings.empty()) looked_at_[s.spec.place].push_back({s, gain});
       if (!(gain > kWorthPutting) || refused_.count(place_of(s.spec)) > 0 || !s.spec.recordings.empty()) continue;
       if (!clashes(standing_.effects, s.spec)) at[s.spec.place].push_back({std::move(s), gain});
     }
+    for (auto& [place, moves] : looked_at_) sort_by_gain(moves);
     for (const auto& [place, gain] : most)
       if (!(gain > kWorthPutting)) hopeless_.insert(place);
     std::vector<Move> out;
     for (auto& [place, moves] : at) {
-      std::stable_sort(moves.begin(), moves.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
+      sort_by_gain(moves);
       remember_rivals(moves);
       out.push_back(std::move(moves.front()));
     }
-    std::stable_sort(out.begin(), out.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
+    sort_by_gain(out);
     return out;
+  }
+  static void sort_by_gain(std::vector<Move>& moves) {
+    std::stable_sort(moves.begin(), moves.end(), [](const Move& a, const Move& b) { return a.gain > b.gain; });
   }
   /// Of the first one: the next best other effects.
   void remember_rivals(const std::vector<Move>& moves) {
@@ -134,7 +164,8 @@ class SetSearch {
   }
   static bool clashes(const std::vector<EffectSpec>& set, const EffectSpec& with) {
     return std::any_of(set.begin(), set.end(), [&](const EffectSpec& member) {
-      return member.place == with.place && overlap(effect_info(member.effect), effect_info(with.effect));
+      return member.place == with.place &&
+             (member.effect == with.effect || overlap(effect_info(member.effect), effect_info(with.effect)));
     });
   }
 
@@ -153,7 +184,7 @@ class SetSearch {
     }
     if (sound.size() < moves.size()) return !sound.empty() && put_in(sound);
     if (!(sets_.log_odds(*next, standing_) > kWorthPutting)) return false;
-    if (!sets_.validate().empty() && !(sets_.heldout_difference(*next, standing_) > 0.0)) return false;
+    if (sets_.heldout_difference(*next, standing_).speaks_against()) return false;
     standing_ = std::move(*next);
     return true;
   }
@@ -172,9 +203,10 @@ class SetSearch {
 
   // ---- what may stay ------------------------------------------------------------------------------------------------
 
-  /// [joint]: energy on the validate (else train) recordings above the noise, in the weights of `by`.
+  /// [joint]: energy above the noise on the train and validate recordings, in the weights of `by`.
   std::vector<double> excess(const Hypothesis& of, const Hypothesis& by) const {
-    const std::vector<int>& on = sets_.validate().empty() ? sets_.train() : sets_.validate();
+    std::vector<int> on = sets_.train();
+    on.insert(on.end(), sets_.validate().begin(), sets_.validate().end());
     Problem problem(of.model.model, experiment_, of.model.space, sets_.simulator(), by.model.weights);
     const Eigen::VectorXd r = problem.residual(of.model.fit.point, on);
     const std::vector<double> noise = noise_levels(experiment_);
@@ -208,31 +240,35 @@ class SetSearch {
     if (auto next = sets_.changed(standing_, change, kSetIterations)) standing_ = std::move(*next);
   }
 
-  /// Takes out, one after the other, what the validate recordings are no better predicted with, what explains nothing
-  /// to speak of, and what is as likely absent and so little determined that nobody could say how large it is.
+  /// Takes out, one after the other, what the validate recordings speak against, what explains nothing to speak of, and
+  /// what is as likely absent and so little determined that nobody could say how large it is.
   void take_out_idle(double begun) {
-    for (bool again = true; again;) {
-      again = false;
-      for (std::size_t k = standing_.effects.size(); k-- > 0;) {
-        progress(begun + 0.1 * (1.0 - static_cast<double>(k) / static_cast<double>(standing_.effects.size())));
-        const EffectSpec spec = standing_.effects[k];
-        std::optional<Hypothesis> without =
-            sets_.changed(standing_, {{}, {}, {place_of(spec)}, {}, {}}, kSetIterations);
-        if (!without || is_needed(spec, *without)) continue;
-        standing_ = std::move(*without);
-        again = true;
-        notes_.push_back(
-            fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, or it "
-                        "explains nothing to speak of on the validate ones",
-                        spec.effect, spec.place));
+    std::set<NamedPlace> needed;  // beside those that stand now
+    const auto next = [&] {
+      return std::find_if(standing_.effects.rbegin(), standing_.effects.rend(),
+                          [&](const EffectSpec& spec) { return needed.count(place_of(spec)) == 0; });
+    };
+    for (auto at = next(); at != standing_.effects.rend(); at = next()) {
+      progress(begun + 0.1 * static_cast<double>(needed.size()) / static_cast<double>(standing_.effects.size()));
+      const EffectSpec spec = *at;
+      std::optional<Hypothesis> without = sets_.changed(standing_, {{}, {}, {place_of(spec)}, {}, {}}, kSetIterations);
+      if (!without || is_needed(spec, *without)) {
+        needed.insert(place_of(spec));
+        continue;
       }
+      standing_ = std::move(*without);
+      needed.clear();
+      notes_.push_back(
+          fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, the validate ones "
+                      "speak against "
+                      "it, or it explains nothing to speak of",
+                      spec.effect, spec.place));
     }
   }
   bool is_needed(const EffectSpec& spec, const Hypothesis& without) const {
     const double lost = sets_.log_odds(standing_, without);
     if (!(lost > 0.0) || (lost < kIdleWindow && !sets_.is_determined(standing_, spec))) return false;
-    if (sets_.validate().empty()) return true;
-    return sets_.heldout_difference(standing_, without) > 0.0 &&
+    return !sets_.heldout_difference(standing_, without).speaks_against() &&
            share_at_its_place(standing_, without, spec.place) > kLeastShareOfRest;
   }
   /// Share of what stands above the noise at a joint (of the arm: at all of them) that one set leaves less than
@@ -268,14 +304,16 @@ class SetSearch {
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
       progress(0.7 + 0.3 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
       Finding finding = judged(k);
-      if (class_probability(finding) >= kClaimed) {
+      const bool predicts = sets_.validate().empty() || finding.heldout_gain > 0.0;
+      if (predicts && class_probability(finding) >= kClaimed) {
         out.push_back(std::move(finding));
-      } else {
-        notes_.push_back(fmt::format(
-            "{} at {} stays in the model, but is not claimed: that it is that or one of its class has a probability of "
-            "{:.2f}",
-            finding.effect, finding.place, class_probability(finding)));
+        continue;
       }
+      notes_.push_back(fmt::format(
+          "{} at {} stays in the model, but is not claimed: {}", finding.effect, finding.place,
+          predicts ? fmt::format("that it is that or one of its class has a probability of {:.2f}",
+                                 class_probability(finding))
+                   : "the recordings that were fitted ask for it, and the validate ones do not confirm it"));
     }
     return out;
   }
@@ -306,7 +344,8 @@ class SetSearch {
     std::vector<const Hypothesis*> sets{&standing_, &*without};
     for (const Contestant& rival : rivals) sets.push_back(&rival.set);
     weigh(out, sets, rivals);
-    describe_heldout(out, *without);
+    const HeldoutDifference predicts = sets_.heldout_difference(standing_, *without);
+    out.heldout_gain = predicts.gain, out.heldout_error = predicts.error, out.heldout_share = predicts.share;
     describe_evidence(out, without->model, standing_.model, experiment_, sets_.simulator());
     return out;
   }
@@ -353,26 +392,12 @@ class SetSearch {
                      [](const Rival& a, const Rival& b) { return a.probability > b.probability; });
   }
 
-  void describe_heldout(Finding& out, const Hypothesis& without) const {
-    if (sets_.validate().empty()) return;
-    const Eigen::VectorXd with = sets_.heldout_rows(standing_, standing_);
-    const Eigen::VectorXd other = sets_.heldout_rows(without, standing_);
-    const Eigen::Index length = std::max<Eigen::Index>(1, with.size() / 40);
-    double sum = 0.0, squares = 0.0, n = 0.0;
-    for (Eigen::Index k = 0; k < with.size(); k += length, ++n) {
-      const Eigen::Index count = std::min(length, with.size() - k);
-      const double gain = 0.5 * (other.segment(k, count).squaredNorm() - with.segment(k, count).squaredNorm());
-      sum += gain, squares += gain * gain;
-    }
-    out.heldout_gain = sum;
-    out.heldout_error = n > 1.0 ? std::sqrt(std::max(0.0, squares - sum * sum / n)) : 0.0;
-    out.heldout_share = 1.0 - with.squaredNorm() / std::max(other.squaredNorm(), 1e-300);
-  }
-
   const Experiment& experiment_;
   SetSearchOptions options_;
   Hypotheses sets_;
   Hypothesis standing_;
+  std::map<std::string, std::vector<Move>> looked_at_;  ///< [place]: what the last look gave anything for
+  std::set<std::set<NamedPlace>> tried_together_;
   std::set<NamedPlace> refused_;   ///< put in without success
   std::set<NamedPlace> hopeless_;  ///< promised too little at the last look
   std::map<NamedPlace, std::vector<Rival>> rivals_;
