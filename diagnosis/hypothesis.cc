@@ -84,7 +84,7 @@ bool Hypotheses::fit(CurrentModel& model, int iterations) const {
 std::vector<double> Hypotheses::independent_weights(const CurrentModel& model) const {
   std::vector<double> out = weights_from(model, experiment_, simulator_);
   const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
-  const Colour colour(model.fit.residual, problem.layout(train_), floors(model));
+  const Colour colour(model.fit.residual, problem.layout(train_), floors(model.weights));
   for (std::size_t c = 0; c < out.size(); ++c) out[c] *= std::sqrt(colour.correlation_samples(static_cast<int>(c)));
   return out;
 }
@@ -122,20 +122,21 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
 }
 
 /// Under which no innovation lies: each channel's noise over its weight.
-std::vector<double> Hypotheses::floors(const CurrentModel& model) const {
+std::vector<double> Hypotheses::floors(std::span<const double> weights) const {
   std::vector<double> out = noise_levels(experiment_);
-  for (std::size_t c = 0; c < out.size(); ++c) out[c] /= model.weights[c];
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] /= weights[c];
   return out;
 }
 
 Colour Hypotheses::colour(const CurrentModel& model, const Eigen::VectorXd& residual,
                           std::span<const ResidualBlock> blocks) const {
-  return settled_ ? *settled_ : Colour(residual, blocks, floors(model));
+  return settled_ ? *settled_ : Colour(residual, blocks, floors(model.weights));
 }
 
 void Hypotheses::settle(const Hypothesis& on) {
   const FittedRows r = rows(on.model, on.model.weights);
-  settled_ = Colour(r.residual, r.blocks, floors(on.model));
+  settled_weights_ = on.model.weights;
+  settled_ = Colour(r.residual, r.blocks, floors(on.model.weights));
 }
 
 FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> weights) const {
@@ -151,15 +152,13 @@ FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> w
 }
 
 Eigen::VectorXd Hypotheses::heldout_rows(const Hypothesis& of, const Hypothesis& by) const {
-  Problem problem(of.model.model, experiment_, of.model.space, simulator_, by.model.weights);
+  const std::vector<double>& weights = settled_ ? settled_weights_ : by.model.weights;
+  Problem problem(of.model.model, experiment_, of.model.space, simulator_, weights);
   Eigen::MatrixXd out = problem.residual(of.model.fit.point, validate_);
   if (out.size() == 0) return {};
-  if (settled_) {
-    settled_->whiten(out, problem.layout(validate_));
-  } else {
-    const FittedRows r = rows(by.model, by.model.weights);
-    Colour(r.residual, r.blocks, floors(by.model)).whiten(out, problem.layout(validate_));
-  }
+  const FittedRows r = settled_ ? FittedRows() : rows(by.model, weights);
+  const Colour colour = settled_ ? *settled_ : Colour(r.residual, r.blocks, floors(weights));
+  colour.whiten(out, problem.layout(validate_));
   return out;
 }
 
@@ -172,12 +171,20 @@ double Hypotheses::evidence_of(FittedRows rows, const Colour& colour) {
 }
 
 double Hypotheses::log_odds(const Hypothesis& one, const Hypothesis& other) const {
-  const std::vector<double>& weights = one.model.weights;
+  const std::vector<double>& weights = settled_ ? settled_weights_ : leaves_less(one, other).model.weights;
   FittedRows x = rows(one.model, weights), y = rows(other.model, weights);
-  const bool better = x.residual.squaredNorm() < y.residual.squaredNorm();
-  const Colour common = settled_ ? *settled_ : Colour(better ? x.residual : y.residual, x.blocks, floors(one.model));
+  const FittedRows& less = x.residual.squaredNorm() < y.residual.squaredNorm() ? x : y;
+  const Colour common = settled_ ? *settled_ : Colour(less.residual, less.blocks, floors(weights));
   return evidence_of(std::move(x), common) - evidence_of(std::move(y), common) + log_prior(one.effects) -
          log_prior(other.effects);
+}
+
+/// By the logarithms of what each channel leaves, so that none counts for more because of its unit or noise.
+const Hypothesis& Hypotheses::leaves_less(const Hypothesis& one, const Hypothesis& other) const {
+  double difference = 0.0;
+  for (std::size_t c = 0; c < one.model.weights.size(); ++c)
+    difference += std::log(one.model.weights[c] / other.model.weights[c]);
+  return difference <= 0.0 ? one : other;
 }
 
 HeldoutDifference Hypotheses::heldout_difference(const Hypothesis& one, const Hypothesis& other) const {

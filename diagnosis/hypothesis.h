@@ -54,6 +54,7 @@ struct HeldoutDifference {
   double error = 0.0;  ///< standard error, from blocks of the recordings
   double share = 0.0;  ///< of the other's whitened energy that the one takes away
   /// By more than such recordings scatter.
+  bool speaks_for() const { return gain > 2.0 * error && gain > 0.0; }
   bool speaks_against() const { return gain < -2.0 * error; }
 };
 
@@ -88,7 +89,7 @@ class Hypotheses {
   /// Whitened rows of `of` on the validate recordings, with the colour and in the weights of `by`.
   Eigen::VectorXd heldout_rows(const Hypothesis& of, const Hypothesis& by) const;
 
-  /// Log evidence of one fitted set over another, weighed with the colour of the one that leaves less.
+  /// Log evidence of one fitted set over another, in the weights and with the colour of the one that leaves less.
   double log_odds(const Hypothesis& one, const Hypothesis& other) const;
   /// What one set gains over another on the validate recordings; nothing where there are none.
   HeldoutDifference heldout_difference(const Hypothesis& one, const Hypothesis& other) const;
@@ -108,7 +109,8 @@ class Hypotheses {
 
  private:
   std::vector<double> independent_weights(const CurrentModel& model) const;
-  std::vector<double> floors(const CurrentModel& model) const;
+  std::vector<double> floors(std::span<const double> weights) const;
+  const Hypothesis& leaves_less(const Hypothesis& one, const Hypothesis& other) const;
   static double evidence_of(FittedRows rows, const Colour& colour);
 
   const CurrentModel& plain_;
@@ -118,6 +120,7 @@ class Hypotheses {
   std::vector<EffectSpec> everywhere_;
   std::vector<int> train_, validate_;
   std::optional<Colour> settled_;
+  std::vector<double> settled_weights_;  ///< in which it is
   std::size_t offered_ = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -18,17 +19,19 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostSetRounds = 12;
-constexpr double kWorthPutting = 10.0;     ///< log evidence that a change must bring
-constexpr int kSetIterations = 15;         ///< of a set on its way
-constexpr double kWorthTogether = 2.0;     ///< log-likelihood that a member of a compound promises alone
-constexpr std::size_t kMostTogether = 4;   ///< members of a compound
-constexpr double kIdleWindow = 8.0;        ///< log evidence under which an undetermined member is idle
-constexpr double kNotToldApart = 3.0;      ///< within which rivals are one class: 20 to 1
-constexpr double kLeastShareOfRest = 0.1;  ///< of what a joint is left with, that a member must explain
-constexpr double kShareOfExcess = 0.25;    ///< of what stands above the noise at a joint, that its additions must
-constexpr double kClaimed = 0.5;           ///< probability of a class under which nothing is claimed
-constexpr std::size_t kRivalsFitted = 2;   ///< in each member's place
-constexpr int kSetDraws = 60;              ///< of block resamples
+constexpr double kWorthPutting = 10.0;      ///< log evidence that a change must bring
+constexpr int kSetIterations = 15;          ///< of a set on its way
+constexpr double kShareWorthPutting = 0.1;  ///< of the rest, that a change alone is worth fitting for
+constexpr double kWorthTogether = 2.0;      ///< log-likelihood that a member of a compound promises alone
+constexpr std::size_t kMostTogether = 4;    ///< members of a compound
+constexpr double kIdleWindow = 8.0;         ///< log evidence under which an undetermined member is idle
+constexpr double kNotToldApart = 3.0;       ///< within which rivals are one class: 20 to 1
+constexpr double kLeastShareOfRest = 0.1;   ///< of what a joint is left with, that a member must explain
+constexpr double kShareOfExcess = 0.25;     ///< of what stands above the noise at a joint, that its additions must
+constexpr double kClaimed = 0.5;            ///< probability of a class under which nothing is claimed
+constexpr std::size_t kRivalsFitted = 2;    ///< in each member's place
+constexpr int kMostExchanges = 2;           ///< of a member for its rival
+constexpr int kSetDraws = 60;               ///< of block resamples
 
 class SetSearch {
  public:
@@ -103,7 +106,7 @@ class SetSearch {
     std::vector<EffectSpec> specs{first.effect.spec};
     for (const Move& other : looked_at_[first.effect.spec.place]) {
       const EffectSpec& spec = other.effect.spec;
-      if (together.size() >= kMostTogether || clashes(standing_.effects, spec) || clashes(specs, spec)) continue;
+      if (together.size() >= kMostTogether || clashes(specs, spec)) continue;
       if (part_of(spec) != part_of(first.effect.spec)) continue;
       together.push_back(other);
       specs.push_back(spec);
@@ -123,20 +126,24 @@ class SetSearch {
     ScreenOptions look{sets_.simulator(), [](const std::string&) { return true; }};
     look.skipped = [&](const EffectSpec& spec) { return hopeless_.count(place_of(spec)) > 0; };
     std::map<std::string, std::vector<Move>> at;
+    std::set<NamedPlace> seen, worth;
     looked_at_.clear();
-    std::map<NamedPlace, double> most;
     const double now = standing_.model.fit.residual.squaredNorm();
     for (ScreenedEffect& s : screen_effects(standing_.model, experiment_, look)) {
-      const double gain = 0.5 * (now - s.sum_of_squares);
-      double& there = most.emplace(place_of(s.spec), gain).first->second;
-      there = std::max(there, gain);
-      if (gain > kWorthTogether && s.spec.recordings.empty()) looked_at_[s.spec.place].push_back({s, gain});
-      if (!(gain > kWorthPutting) || refused_.count(place_of(s.spec)) > 0 || !s.spec.recordings.empty()) continue;
-      if (!clashes(standing_.effects, s.spec)) at[s.spec.place].push_back({std::move(s), gain});
+      const double gain = 0.5 * now * std::log(now / std::max(s.sum_of_squares, 1e-300));
+      // The rest is in units of itself and may be slow: then few independent samples are in it, and what took most of
+      // it away would seem to gain little. So a share of it is enough, too.
+      const bool worth_it = gain > kWorthPutting || s.sum_of_squares < (1.0 - kShareWorthPutting) * now;
+      const NamedPlace here = place_of(s.spec);
+      seen.insert(here);
+      if (worth_it) worth.insert(here);
+      if (!s.spec.recordings.empty() || clashes(standing_.effects, s.spec)) continue;
+      if (gain > kWorthTogether) looked_at_[s.spec.place].push_back({s, gain});
+      if (worth_it && refused_.count(here) == 0) at[s.spec.place].push_back({std::move(s), gain});
     }
+    std::set_difference(seen.begin(), seen.end(), worth.begin(), worth.end(),
+                        std::inserter(hopeless_, hopeless_.end()));
     for (auto& [place, moves] : looked_at_) sort_by_gain(moves);
-    for (const auto& [place, gain] : most)
-      if (!(gain > kWorthPutting)) hopeless_.insert(place);
     std::vector<Move> out;
     for (auto& [place, moves] : at) {
       sort_by_gain(moves);
@@ -240,8 +247,9 @@ class SetSearch {
     if (auto next = sets_.changed(standing_, change, kSetIterations)) standing_ = std::move(*next);
   }
 
-  /// Takes out, one after the other, what the validate recordings speak against, what explains nothing to speak of, and
-  /// what is as likely absent and so little determined that nobody could say how large it is.
+  /// Takes out, one after the other, what the validate recordings speak against, what explains nothing to speak of and
+  /// is not confirmed by them, and what is as likely absent and so little determined that nobody could say how large it
+  /// is.
   void take_out_idle(double begun) {
     std::set<NamedPlace> needed;  // beside those that stand now
     const auto next = [&] {
@@ -268,8 +276,9 @@ class SetSearch {
   bool is_needed(const EffectSpec& spec, const Hypothesis& without) const {
     const double lost = sets_.log_odds(standing_, without);
     if (!(lost > 0.0) || (lost < kIdleWindow && !sets_.is_determined(standing_, spec))) return false;
-    return !sets_.heldout_difference(standing_, without).speaks_against() &&
-           share_at_its_place(standing_, without, spec.place) > kLeastShareOfRest;
+    const HeldoutDifference predicts = sets_.heldout_difference(standing_, without);
+    if (predicts.speaks_against()) return false;
+    return predicts.speaks_for() || share_at_its_place(standing_, without, spec.place) > kLeastShareOfRest;
   }
   /// Share of what stands above the noise at a joint (of the arm: at all of them) that one set leaves less than
   /// another.
@@ -298,12 +307,68 @@ class SetSearch {
     std::vector<double> own;
     Hypothesis set;
   };
+  /// The set without one member, and with what may stand in its place.
+  struct Around {
+    std::optional<Hypothesis> without;
+    std::vector<Contestant> rivals;
+  };
+
+  /// [member]: what each is held against; a rival that turns out to be the better one stands instead first.
+  std::vector<Around> surroundings() {
+    std::vector<Around> out;
+    for (int exchanges = 0;;) {
+      out.clear();
+      for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
+        progress(0.7 + 0.3 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
+        out.push_back(around(k));
+      }
+      if (exchanges++ >= kMostExchanges || !exchange(out)) return out;
+    }
+  }
+  Around around(std::size_t k) const {
+    const EffectSpec& member = standing_.effects[k];
+    Around out;
+    out.without = sets_.changed(standing_, {{}, {}, {place_of(member)}, {}, {}}, kSetIterations);
+    const auto known = rivals_.find(place_of(member));
+    if (!out.without || known == rivals_.end()) return out;
+    for (const Rival& rival : known->second) {
+      const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
+      const bool stands = out.without->model.model.find_effect_at(spec.effect, spec.place) >= 0;
+      if (stands || clashes(out.without->effects, spec)) continue;
+      auto set = sets_.changed(*out.without, {{spec}, {rival.own}, {}, {}, {}}, kSetIterations);
+      if (set && sets_.ends_within(*set, spec)) out.rivals.push_back({spec, rival.own, std::move(*set)});
+    }
+    return out;
+  }
+  /// Puts the rival of most evidence over the standing set in its member's place; whether there is one.
+  bool exchange(std::vector<Around>& around) {
+    double most = kNotToldApart;
+    std::pair<std::size_t, Contestant*> best{0, nullptr};
+    for (std::size_t k = 0; k < around.size(); ++k) {
+      for (Contestant& rival : around[k].rivals) {
+        const double odds = sets_.log_odds(rival.set, standing_);
+        if (odds > most && !sets_.heldout_difference(rival.set, standing_).speaks_against())
+          most = odds, best = {k, &rival};
+      }
+    }
+    if (best.second == nullptr) return false;
+    const EffectSpec out = standing_.effects[best.first];
+    std::vector<double> own;
+    for (const std::size_t a : own_axes(standing_.model, out)) own.push_back(standing_.model.fit.point[a]);
+    std::vector<Rival> rivals = rivals_[place_of(out)];
+    for (Rival& r : rivals)
+      if (r.effect == best.second->spec.effect) r = {out.effect, out.place, 0.0, out.parameters, own, {}};
+    rivals_[place_of(best.second->spec)] = std::move(rivals);
+    standing_ = std::move(best.second->set);
+    sets_.fit(standing_.model, kRefitIterations);
+    return true;
+  }
 
   std::vector<Finding> claimed() {
     std::vector<Finding> out;
+    const std::vector<Around> around = surroundings();
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
-      progress(0.7 + 0.3 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
-      Finding finding = judged(k);
+      Finding finding = judged(k, around[k]);
       const bool predicts = sets_.validate().empty() || finding.heldout_gain > 0.0;
       if (predicts && class_probability(finding) >= kClaimed) {
         out.push_back(std::move(finding));
@@ -318,35 +383,18 @@ class SetSearch {
     return out;
   }
 
-  /// What else could stand where member k does, fitted there.
-  std::vector<Contestant> rivals_of(std::size_t k, const Hypothesis& without) const {
-    std::vector<Contestant> out;
-    const auto known = rivals_.find(place_of(standing_.effects[k]));
-    if (known == rivals_.end()) return out;
-    for (const Rival& rival : known->second) {
-      const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
-      const bool stands = without.model.model.find_effect_at(spec.effect, spec.place) >= 0;
-      if (stands || clashes(without.effects, spec)) continue;
-      auto set = sets_.changed(without, {{spec}, {rival.own}, {}, {}, {}}, kSetIterations);
-      if (set && sets_.ends_within(*set, spec)) out.push_back({spec, rival.own, std::move(*set)});
-    }
-    return out;
-  }
-
-  Finding judged(std::size_t k) {
+  Finding judged(std::size_t k, const Around& around) const {
     const EffectSpec spec = standing_.effects[k];
     Finding out;
     out.effect = spec.effect, out.place = spec.place, out.recordings = spec.recordings, out.fixed = spec.parameters;
     out.members = {spec.effect};
-    std::optional<Hypothesis> without = sets_.changed(standing_, {{}, {}, {place_of(spec)}, {}, {}}, kSetIterations);
-    if (!without) return out;  // nothing to compare it with: not claimed
-    const std::vector<Contestant> rivals = rivals_of(k, *without);
-    std::vector<const Hypothesis*> sets{&standing_, &*without};
-    for (const Contestant& rival : rivals) sets.push_back(&rival.set);
-    weigh(out, sets, rivals);
-    const HeldoutDifference predicts = sets_.heldout_difference(standing_, *without);
+    if (!around.without) return out;  // nothing to compare it with: not claimed
+    std::vector<const Hypothesis*> sets{&standing_, &*around.without};
+    for (const Contestant& rival : around.rivals) sets.push_back(&rival.set);
+    weigh(out, sets, around.rivals);
+    const HeldoutDifference predicts = sets_.heldout_difference(standing_, *around.without);
     out.heldout_gain = predicts.gain, out.heldout_error = predicts.error, out.heldout_share = predicts.share;
-    describe_evidence(out, without->model, standing_.model, experiment_, sets_.simulator());
+    describe_evidence(out, around.without->model, standing_.model, experiment_, sets_.simulator());
     return out;
   }
 
