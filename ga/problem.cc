@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <type_traits>
 
 #include "scenarios/error.h"
@@ -20,6 +21,37 @@ double difference_step(const Axis& axis, double x) {
                           : std::max(std::fabs(x), 1e-3 * std::min(axis.upper - axis.lower, 1e6));
   const double step = kDifference * std::max(size, 1e-12);
   return x + step <= axis.upper ? step : -step;
+}
+
+/// [joint]: its branch of the tree, where what moves in one branch cannot move another: the base stands still and no
+/// effect acts on the whole arm. Else one branch.
+std::vector<int> branches(const PlantModel& model) {
+  const std::vector<Joint>& joints = model.robot().joints();
+  std::vector<int> out(joints.size(), 0);
+  const auto whole = [](const Component& effect) { return effect.joint < 0; };
+  if (std::any_of(model.effects().begin(), model.effects().end(), whole)) return out;
+  for (std::size_t j = 0; j < joints.size(); ++j)
+    out[j] = joints[j].parent < 0 ? static_cast<int>(j) : out[static_cast<std::size_t>(joints[j].parent)];
+  return out;
+}
+
+/// [simulation]: the axes that one difference may move together, each in another branch of the tree.
+std::vector<std::vector<std::size_t>> moved_together(const PlantModel& model, const SearchSpace& space,
+                                                     std::span<const int> branch) {
+  std::vector<std::vector<std::size_t>> out, alone;
+  std::map<int, std::size_t> next;  // [branch]: the first simulation that moves nothing in it
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    const int joint = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].joint;
+    if (joint < 0 || space.dependent() >= 0) {
+      alone.push_back({a});
+      continue;
+    }
+    std::size_t& k = next[branch[static_cast<std::size_t>(joint)]];
+    if (k >= out.size()) out.resize(k + 1);
+    out[k++].push_back(a);
+  }
+  out.insert(out.end(), alone.begin(), alone.end());
+  return out;
 }
 
 }  // namespace
@@ -145,17 +177,25 @@ Eigen::VectorXd Problem::residual(const std::vector<double>& point, std::span<co
 
 Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen::VectorXd& at,
                                   std::span<const int> segments) {
-  std::vector<std::vector<double>> points;
-  std::vector<double> steps;
-  for (std::size_t a = 0; a < space_.size(); ++a) {
-    steps.push_back(difference_step(space_.axes()[a], point[a]));
-    points.push_back(point);
-    points.back()[a] += steps.back();
-  }
+  const std::vector<int> branch = branches(model_);
+  const std::vector<std::vector<std::size_t>> together = moved_together(model_, space_, branch);
+  std::vector<std::vector<double>> points(together.size(), point);
+  for (std::size_t k = 0; k < together.size(); ++k)
+    for (const std::size_t a : together[k]) points[k][a] += difference_step(space_.axes()[a], point[a]);
   const std::vector<Eigen::VectorXd> moved = residuals(points, segments);
-  Eigen::MatrixXd J(at.size(), static_cast<Eigen::Index>(space_.size()));
-  for (std::size_t a = 0; a < space_.size(); ++a) {
-    J.col(static_cast<Eigen::Index>(a)) = (moved[a] - at) / (points[a][a] - point[a]);
+  const std::vector<ResidualBlock> blocks = layout(segments);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), static_cast<Eigen::Index>(space_.size()));
+  for (std::size_t k = 0; k < together.size(); ++k) {
+    for (const std::size_t a : together[k]) {
+      const int joint = model_.parameters()[static_cast<std::size_t>(space_.axes()[a].parameter)].joint;
+      auto column = J.col(static_cast<Eigen::Index>(a));
+      for (const ResidualBlock& block : blocks) {
+        const auto of = static_cast<std::size_t>(experiment_.channels[static_cast<std::size_t>(block.channel)].joint);
+        if (together[k].size() > 1 && branch[of] != branch[static_cast<std::size_t>(joint)]) continue;
+        column.segment(block.first, block.count) =
+            (moved[k] - at).segment(block.first, block.count) / (points[k][a] - point[a]);
+      }
+    }
   }
   return J;
 }

@@ -44,7 +44,9 @@ class Problem {
   std::vector<Eigen::VectorXd> residuals(std::span<const std::vector<double>> points, std::span<const int> segments);
   Eigen::VectorXd residual(const std::vector<double>& point, std::span<const int> segments);
 
-  /// d residual / d point by forward differences, all columns in one batch; `at` = residual(point).
+  /// d residual / d point by forward differences, all columns in one batch; `at` = residual(point). Coordinates of
+  /// joints that cannot move each other (branches of the tree on a base that stands still) share a simulation: Curtis,
+  /// Powell and Reid 1974.
   Eigen::MatrixXd jacobian(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments);
 
   /// Layout of the stacked residual.

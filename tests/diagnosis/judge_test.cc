@@ -173,6 +173,26 @@ TEST(Judge, AsksForAShareOfWhatTheJointMissesNotOfWhatTheMachineDoes) {
   }
 }
 
+TEST(Judge, CannotTellASpecialCaseFromWhatPredictsAlike) {
+  const Concealed c(0.005);
+  const Judge judge = c.judge();
+  const auto tried = [&](const char* name, int parameters, double share) {
+    Tried out{{}, *c.current, {}, {}};
+    out.effect.spec.effect = name, out.effect.spec.place = "swing";
+    out.effect.parameters = parameters;
+    out.heldout.share = share;
+    return out;
+  };
+  const Tried coulomb = tried("coulomb_friction", 1, 0.5), stribeck = tried("stribeck_friction", 3, 0.5 + 1e-9);
+  EXPECT_TRUE(judge.cannot_tell(coulomb, stribeck));
+  EXPECT_FALSE(judge.cannot_tell(stribeck, coulomb)) << "the one with fewer numbers is the special case";
+  EXPECT_FALSE(judge.cannot_tell(coulomb, tried("stribeck_friction", 3, 0.9))) << "the deadband is far over the noise";
+  EXPECT_FALSE(judge.cannot_tell(coulomb, tried("valve_offset", 3, 0.5))) << "no kin";
+  Tried elsewhere = stribeck;
+  elsewhere.effect.spec.place = "arm";
+  EXPECT_FALSE(judge.cannot_tell(coulomb, elsewhere));
+}
+
 TEST(Judge, ACandidateThatIsReidentifiedLateIsRankedByWhatItIsWorthThen) {
   // Either of two joints' deadbands can be what is missing.
   const Concealed c(0.005, two_joints(0.5));

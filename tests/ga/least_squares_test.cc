@@ -359,6 +359,24 @@ Scenario two_machines() {
   return scenario;
 }
 
+TEST(Problem, JacobianOfJointsThatCannotMoveEachOtherIsThatOfEachAlone) {
+  Scenario scenario = two_machines();
+  for (const char* joint : {"slide", "swing"})
+    for (const char* name : {".gain", ".damping", ".stiffness"})
+      scenario.identify.push_back({joint + std::string(name), true, 0.2, 5.0, "test"});
+  Setting s(scenario);
+  const std::vector<double> point = s.space.start();
+  const Eigen::VectorXd at = s.problem.residual(point, s.train);
+  const Eigen::MatrixXd J = s.problem.jacobian(point, at, s.train);
+  ASSERT_EQ(J.cols(), 6);
+  for (std::size_t a = 0; a < point.size(); ++a) {
+    std::vector<double> moved = point;
+    moved[a] += 1e-6 * point[a];
+    const Eigen::VectorXd slope = (s.problem.residual(moved, s.train) - at) / (moved[a] - point[a]);
+    EXPECT_LT((J.col(static_cast<Eigen::Index>(a)) - slope).norm(), 1e-9 * slope.norm()) << "axis " << a;
+  }
+}
+
 TEST(Identify, WhatOneJointLeavesWidensNoIntervalOfAnother) {
   Scenario both = two_machines(), alone = both;
   for (const char* name : {"slide.gain", "slide.damping", "slide.stiffness"}) {
