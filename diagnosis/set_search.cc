@@ -90,10 +90,13 @@ class SetSearch {
       std::vector<Move> moves = promising();
       record(moves);
       if (moves.size() > 1 && put_in(moves)) return true;
+      bool any = false;
       for (const Move& move : moves) {
-        if (put_in({move}) || put_in_compound(move)) return true;
-        refused_.insert(place_of(move.effect.spec));
+        const bool kept = put_in({move}) || put_in_compound(move);
+        if (!kept) refused_.insert(place_of(move.effect.spec));
+        any = any || kept;
       }
+      if (any) return true;
       if (everything) return false;
       hopeless_.clear();
     }
