@@ -179,7 +179,8 @@ class SetSearch {
     });
   }
 
-  /// The set with these, fitted; kept if it has more evidence and predicts better, each of them within its range.
+  /// The set with these, fitted; kept if it has more evidence, the validate recordings do not speak against it, and
+  /// each of them lies within its range.
   bool put_in(const std::vector<Move>& moves) {
     SetChange change;
     for (const Move& move : moves) change.in.push_back(move.effect.spec), change.own.push_back(move.effect.own);
@@ -270,9 +271,8 @@ class SetSearch {
       standing_ = std::move(*without);
       needed.clear();
       notes_.push_back(
-          fmt::format("{} at {} was put in and taken out again: the recordings do not determine it, the validate ones "
-                      "speak against "
-                      "it, or it explains nothing to speak of",
+          fmt::format("{} at {} was put in and taken out again: too little asks for it, or the validate "
+                      "recordings speak against it",
                       spec.effect, spec.place));
     }
   }
