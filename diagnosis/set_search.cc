@@ -30,7 +30,6 @@ constexpr double kLeastShareOfRest = 0.1;   ///< of what a joint is left with, t
 constexpr double kShareOfExcess = 0.25;     ///< of what stands above the noise at a joint, that its additions must
 constexpr double kClaimed = 0.5;            ///< probability of a class under which nothing is claimed
 constexpr std::size_t kRivalsFitted = 2;    ///< in each member's place
-constexpr int kMostExchanges = 2;           ///< of a member for its rival
 constexpr int kSetDraws = 60;               ///< of block resamples
 
 class SetSearch {
@@ -319,14 +318,25 @@ class SetSearch {
   /// [member]: what each is held against; a rival that turns out to be the better one stands instead first.
   std::vector<Around> surroundings() {
     std::vector<Around> out;
-    for (int exchanges = 0;;) {
-      out.clear();
-      for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
-        progress(0.7 + 0.3 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
-        out.push_back(around(k));
-      }
-      if (exchanges++ >= kMostExchanges || !exchange(out)) return out;
+    bool exchanged = false;
+    const std::vector<EffectSpec> members = standing_.effects;
+    for (const EffectSpec& member : members) {
+      progress(0.7 + 0.15 * static_cast<double>(out.size()) / static_cast<double>(members.size()));
+      out.push_back(around(index_of(member)));
+      exchanged = exchange(member, out.back()) || exchanged;
     }
+    if (!exchanged) return out;
+    out.clear();
+    for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
+      progress(0.85 + 0.15 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
+      out.push_back(around(k));
+    }
+    return out;
+  }
+  std::size_t index_of(const EffectSpec& member) const {
+    const auto at = std::find_if(standing_.effects.begin(), standing_.effects.end(),
+                                 [&](const EffectSpec& spec) { return place_of(spec) == place_of(member); });
+    return static_cast<std::size_t>(at - standing_.effects.begin());
   }
   Around around(std::size_t k) const {
     const EffectSpec& member = standing_.effects[k];
@@ -343,26 +353,22 @@ class SetSearch {
     }
     return out;
   }
-  /// Puts the rival of most evidence over the standing set in its member's place; whether there is one.
-  bool exchange(std::vector<Around>& around) {
+  /// Puts the rival of most evidence over the standing set in a member's place; whether there is one.
+  bool exchange(const EffectSpec& member, Around& around) {
     double most = kNotToldApart;
-    std::pair<std::size_t, Contestant*> best{0, nullptr};
-    for (std::size_t k = 0; k < around.size(); ++k) {
-      for (Contestant& rival : around[k].rivals) {
-        const double odds = sets_.log_odds(rival.set, standing_);
-        if (odds > most && !sets_.heldout_difference(rival.set, standing_).speaks_against())
-          most = odds, best = {k, &rival};
-      }
+    Contestant* best = nullptr;
+    for (Contestant& rival : around.rivals) {
+      const double odds = sets_.log_odds(rival.set, standing_);
+      if (odds > most && !sets_.heldout_difference(rival.set, standing_).speaks_against()) most = odds, best = &rival;
     }
-    if (best.second == nullptr) return false;
-    const EffectSpec out = standing_.effects[best.first];
+    if (best == nullptr) return false;
     std::vector<double> own;
-    for (const std::size_t a : own_axes(standing_.model, out)) own.push_back(standing_.model.fit.point[a]);
-    std::vector<Rival> rivals = rivals_[place_of(out)];
+    for (const std::size_t a : own_axes(standing_.model, member)) own.push_back(standing_.model.fit.point[a]);
+    std::vector<Rival> rivals = rivals_[place_of(member)];
     for (Rival& r : rivals)
-      if (r.effect == best.second->spec.effect) r = {out.effect, out.place, 0.0, out.parameters, own, {}};
-    rivals_[place_of(best.second->spec)] = std::move(rivals);
-    standing_ = std::move(best.second->set);
+      if (r.effect == best->spec.effect) r = {member.effect, member.place, 0.0, member.parameters, own, {}};
+    rivals_[place_of(best->spec)] = std::move(rivals);
+    standing_ = std::move(best->set);
     sets_.fit(standing_.model, kRefitIterations);
     return true;
   }
