@@ -52,6 +52,7 @@ class SetSearch {
     }
     if (standing_.effects.size() == before.effects.size()) return std::nullopt;
     hold_to_share(before);
+    sets_.settle(standing_);
     take_out_idle(0.6);
     if (!has_more_than(before)) return std::nullopt;
     finer_step();
@@ -268,7 +269,9 @@ class SetSearch {
         continue;
       }
       standing_ = std::move(*without);
-      needed.clear();
+      // What stands elsewhere is as needed as before.
+      const bool whole = effect_info(spec.effect).where == Where::arm;
+      std::erase_if(needed, [&](const NamedPlace& one) { return whole || one.second == spec.place; });
       notes_.push_back(
           fmt::format("{} at {} was put in and taken out again: too little asks for it, or the validate "
                       "recordings speak against it",
