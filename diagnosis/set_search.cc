@@ -19,18 +19,17 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostSetRounds = 12;
-constexpr double kWorthPutting = 10.0;      ///< log evidence that a change must bring
-constexpr int kSetIterations = 15;          ///< of a set on its way
-constexpr double kShareWorthPutting = 0.1;  ///< of the rest, that a change alone is worth fitting for
-constexpr double kWorthTogether = 2.0;      ///< log-likelihood that a member of a compound promises alone
-constexpr std::size_t kMostTogether = 4;    ///< members of a compound
-constexpr double kIdleWindow = 8.0;         ///< log evidence under which an undetermined member is idle
-constexpr double kNotToldApart = 3.0;       ///< within which rivals are one class: 20 to 1
-constexpr double kLeastShareOfRest = 0.1;   ///< of what a joint is left with, that a member must explain
-constexpr double kShareOfExcess = 0.25;     ///< of what stands above the noise at a joint, that its additions must
-constexpr double kClaimed = 0.5;            ///< probability of a class under which nothing is claimed
-constexpr std::size_t kRivalsFitted = 2;    ///< in each member's place
-constexpr int kSetDraws = 60;               ///< of block resamples
+constexpr double kWorthPutting = 10.0;    ///< log evidence that a change must bring
+constexpr int kSetIterations = 15;        ///< of a set on its way
+constexpr std::size_t kMostTogether = 4;  ///< members of a compound
+constexpr double kIdleWindow = 8.0;       ///< log evidence under which an undetermined member is idle
+constexpr double kNotToldApart = 3.0;     ///< within which rivals are one class: 20 to 1
+constexpr double kLeastShareOfRest =
+    0.1;  ///< that an effect must explain to be worth a fit, and a member to stay unconfirmed
+constexpr double kShareOfExcess = 0.25;   ///< of what stands above the noise at a joint, that its additions must
+constexpr double kClaimed = 0.5;          ///< probability of a class under which nothing is claimed
+constexpr std::size_t kRivalsFitted = 2;  ///< in each member's place
+constexpr int kSetDraws = 60;             ///< of block resamples
 
 class SetSearch {
  public:
@@ -44,6 +43,7 @@ class SetSearch {
   }
 
   std::optional<SetSearchResult> run() {
+    if (sets_.validate().empty()) return std::nullopt;  // nothing to prove anything on
     if (!sets_.fit(standing_.model, kRefitIterations)) return std::nullopt;
     const Hypothesis before = standing_;
     for (int round = 0; round < kMostSetRounds; ++round) {
@@ -54,7 +54,8 @@ class SetSearch {
     hold_to_share(before);
     sets_.settle(standing_);
     take_out_idle(0.6);
-    if (!has_more_than(before)) return std::nullopt;
+    const auto is_new = [&](const EffectSpec& spec) { return !holds(before, spec); };
+    if (std::none_of(standing_.effects.begin(), standing_.effects.end(), is_new)) return std::nullopt;
     finer_step();
     sets_.settle(standing_);
     sets_.fit(standing_.model, kRefitIterations);
@@ -68,11 +69,9 @@ class SetSearch {
     if (options_.control.stop != nullptr && *options_.control.stop) throw Interrupted();
     if (options_.progress) options_.progress(done);
   }
-  bool has_more_than(const Hypothesis& before) const {
-    return std::any_of(standing_.effects.begin(), standing_.effects.end(), [&](const EffectSpec& spec) {
-      return std::none_of(before.effects.begin(), before.effects.end(),
-                          [&](const EffectSpec& b) { return place_of(b) == place_of(spec); });
-    });
+  static bool holds(const Hypothesis& set, const EffectSpec& member) {
+    return std::any_of(set.effects.begin(), set.effects.end(),
+                       [&](const EffectSpec& spec) { return place_of(spec) == place_of(member); });
   }
 
   // ---- growing ------------------------------------------------------------------------------------------------------
@@ -136,12 +135,12 @@ class SetSearch {
       const double gain = 0.5 * now * std::log(now / std::max(s.sum_of_squares, 1e-300));
       // The rest is in units of itself and may be slow: then few independent samples are in it, and what took most of
       // it away would seem to gain little. So a share of it is enough, too.
-      const bool worth_it = gain > kWorthPutting || s.sum_of_squares < (1.0 - kShareWorthPutting) * now;
+      const bool worth_it = gain > kWorthPutting || s.sum_of_squares < (1.0 - kLeastShareOfRest) * now;
       const NamedPlace here = place_of(s.spec);
       seen.insert(here);
       if (worth_it) worth.insert(here);
       if (!s.spec.recordings.empty() || clashes(standing_.effects, s.spec)) continue;
-      if (gain > kWorthTogether) looked_at_[s.spec.place].push_back({s, gain});
+      if (gain > 0.0) looked_at_[s.spec.place].push_back({s, gain});
       if (worth_it && refused_.count(here) == 0) at[s.spec.place].push_back({std::move(s), gain});
     }
     std::set_difference(seen.begin(), seen.end(), worth.begin(), worth.end(),
@@ -231,21 +230,24 @@ class SetSearch {
     return out;
   }
 
-  /// Takes out what was added at joints where all of it together explains too little.
+  /// Where an effect stands; nothing: on the whole arm.
+  std::optional<std::size_t> joint_of(const EffectSpec& spec) const {
+    if (effect_info(spec.effect).where == Where::arm) return std::nullopt;
+    const auto& names = experiment_.joint_names;
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), spec.place) - names.begin());
+  }
+
+  /// Takes out what was added at joints where all of it together explains too little (on the arm: at every joint).
   void hold_to_share(const Hypothesis& before) {
     const std::vector<double> had = excess(before, before), has = excess(standing_, before);
-    const auto share = [&](std::size_t j) { return had[j] > 0.0 ? 1.0 - has[j] / had[j] : 0.0; };
-    double most = 0.0;
-    for (std::size_t j = 0; j < had.size(); ++j) most = std::max(most, share(j));
+    std::vector<double> removed;
+    for (std::size_t j = 0; j < had.size(); ++j) removed.push_back(had[j] > 0.0 ? 1.0 - has[j] / had[j] : 0.0);
+    const double most = *std::max_element(removed.begin(), removed.end());
     SetChange change;
     for (const EffectSpec& spec : standing_.effects) {
-      const bool old = std::any_of(before.effects.begin(), before.effects.end(),
-                                   [&](const EffectSpec& b) { return place_of(b) == place_of(spec); });
-      const auto at = std::find(experiment_.joint_names.begin(), experiment_.joint_names.end(), spec.place);
-      const double removed = at == experiment_.joint_names.end()
-                                 ? most
-                                 : share(static_cast<std::size_t>(at - experiment_.joint_names.begin()));
-      if (!old && removed < kShareOfExcess) change.out.push_back(place_of(spec));
+      const std::optional<std::size_t> joint = joint_of(spec);
+      if (!holds(before, spec) && (joint ? removed[*joint] : most) < kShareOfExcess)
+        change.out.push_back(place_of(spec));
     }
     if (change.out.empty()) return;
     if (auto next = sets_.changed(standing_, change, kSetIterations)) standing_ = std::move(*next);
@@ -270,7 +272,7 @@ class SetSearch {
       }
       standing_ = std::move(*without);
       // What stands elsewhere is as needed as before.
-      const bool whole = effect_info(spec.effect).where == Where::arm;
+      const bool whole = !joint_of(spec);
       std::erase_if(needed, [&](const NamedPlace& one) { return whole || one.second == spec.place; });
       notes_.push_back(
           fmt::format("{} at {} was put in and taken out again: too little asks for it, or the validate "
@@ -283,17 +285,15 @@ class SetSearch {
     if (!(lost > 0.0) || (lost < kIdleWindow && !sets_.is_determined(standing_, spec))) return false;
     const HeldoutDifference predicts = sets_.heldout_difference(standing_, without);
     if (predicts.speaks_against()) return false;
-    return predicts.speaks_for() || share_at_its_place(standing_, without, spec.place) > kLeastShareOfRest;
+    return predicts.speaks_for() || share_at_its_place(standing_, without, spec) > kLeastShareOfRest;
   }
-  /// Share of what stands above the noise at a joint (of the arm: at all of them) that one set leaves less than
-  /// another.
-  double share_at_its_place(const Hypothesis& with, const Hypothesis& without, const std::string& place) const {
+  /// Share of what stands above the noise where a member acts that one set leaves less than another.
+  double share_at_its_place(const Hypothesis& with, const Hypothesis& without, const EffectSpec& spec) const {
     const std::vector<double> one = excess(with, with), other = excess(without, with);
-    const auto& names = experiment_.joint_names;
-    const bool at_joint = std::find(names.begin(), names.end(), place) != names.end();
+    const std::optional<std::size_t> joint = joint_of(spec);
     double a = 0.0, b = 0.0;
-    for (std::size_t j = 0; j < names.size(); ++j) {
-      if (!at_joint || names[j] == place) a += std::max(0.0, one[j]), b += std::max(0.0, other[j]);
+    for (std::size_t j = 0; j < one.size(); ++j) {
+      if (!joint || *joint == j) a += std::max(0.0, one[j]), b += std::max(0.0, other[j]);
     }
     return b > 0.0 ? 1.0 - a / b : 0.0;
   }
@@ -381,7 +381,7 @@ class SetSearch {
     const std::vector<Around> around = surroundings();
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
       Finding finding = judged(k, around[k]);
-      const bool predicts = sets_.validate().empty() || finding.heldout_gain > 0.0;
+      const bool predicts = finding.heldout_gain > 0.0;
       if (predicts && class_probability(finding) >= kClaimed) {
         out.push_back(std::move(finding));
         continue;

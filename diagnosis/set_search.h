@@ -1,11 +1,13 @@
 // Where the findings of the rounds (rounds.h) leave a rest beyond the noise: the search goes on with sets of effects.
 //
 // On a real machine several effects sit at every joint and none alone explains much. So at every place the effect that
-// promises most is put in, all places together, and the set is fitted whole; it stays if it has more evidence than the
-// set before it and predicts the validate recordings better (hypothesis.h). What the whole set does at a joint is what
-// counts: there it must remove at least a quarter of what the findings before it left above the noise, as a single
-// effect must (decide.h), else what was added there goes. At last every member is held against the set without it and
-// against each rival in its place, all fitted, over blocks of the recordings drawn again.
+// promises most is put in, all places together, and the set is fitted whole; if that is refused each goes in alone,
+// then with others of its place on the same part of the way from command to reading. A set stays if it has more
+// evidence than the one before it and the validate recordings do not speak against it (hypothesis.h). What was added at
+// a joint must together remove a quarter of what the findings before left above the noise there, as a single effect
+// must (decide.h). At last every member is held against the set without it and against each rival in its place, all
+// fitted, over blocks of the recordings drawn again; what the validate recordings do not confirm stays in the model,
+// and is no finding.
 #pragma once
 
 #include <functional>
@@ -34,7 +36,7 @@ struct SetSearchOptions {
 };
 
 /// From `current`, whose effects beyond those of `plain` are those of `findings`, in order. Nothing where these stand
-/// as they are.
+/// as they are, or no validate recording is there to prove anything on.
 std::optional<SetSearchResult> search_sets(const CurrentModel& plain, const CurrentModel& current,
                                            const std::vector<Finding>& findings, const Experiment& experiment,
                                            const SetSearchOptions& options);

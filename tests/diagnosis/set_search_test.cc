@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "diagnosis/baseline.h"
 #include "tests/ga/plant_problems.h"
@@ -53,59 +54,60 @@ const Pendulum& complete() {
   return out;
 }
 
-TEST(Hypotheses, PreferWhatActedOnTrainAndOnHeldOutRecordings) {
-  const Pendulum& p = valve();
-  Hypotheses sets(*p.plain, p.experiment, p.at, {});
-  const Hypothesis none = sets.none(kIterations);
-  const auto one = sets.changed(none, {{kDeadbandThere}, {{0.1}}, {}, {}, {}}, kIterations);
-  ASSERT_TRUE(one);
-  const auto both = sets.changed(*one, {{kAsymmetryThere}, {{0.05}}, {}, {}, {}}, kIterations);
-  ASSERT_TRUE(both);
-  EXPECT_GT(sets.log_odds(*one, none), 10.0);
-  EXPECT_GT(sets.log_odds(*both, *one), 10.0);
-  EXPECT_GT(sets.heldout_difference(*both, *one).gain, 10.0);
-  for (const EffectSpec& spec : both->effects) {
-    EXPECT_TRUE(sets.is_determined(*both, spec)) << spec.effect;
-    EXPECT_TRUE(sets.ends_within(*both, spec)) << spec.effect;
+/// The sets of one pendulum: that without effects, and others grown from it.
+struct Sets {
+  explicit Sets(const Pendulum& p) : all(*p.plain, p.experiment, p.at, {}), none(all.none(kIterations)) {}
+  /// `from` with an effect more, fitted from `start`.
+  Hypothesis with(const Hypothesis& from, const EffectSpec& spec, double start) const {
+    std::optional<Hypothesis> out = all.changed(from, {{spec}, {{start}}, {}, {}, {}}, kIterations);
+    if (!out) throw std::runtime_error("cannot be simulated");
+    return *out;
   }
-  const std::vector<std::size_t> deadband = own_axes(both->model, kDeadbandThere);
+  Hypotheses all;
+  Hypothesis none;
+};
+
+TEST(Hypotheses, PreferWhatActedOnTrainAndOnHeldOutRecordings) {
+  Sets sets(valve());
+  const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
+  const Hypothesis both = sets.with(one, kAsymmetryThere, 0.05);
+  EXPECT_GT(sets.all.log_odds(one, sets.none), 10.0);
+  EXPECT_GT(sets.all.log_odds(both, one), 10.0);
+  EXPECT_GT(sets.all.heldout_difference(both, one).gain, 10.0);
+  for (const EffectSpec& spec : both.effects) {
+    EXPECT_TRUE(sets.all.is_determined(both, spec)) << spec.effect;
+    EXPECT_TRUE(sets.all.ends_within(both, spec)) << spec.effect;
+  }
+  const std::vector<std::size_t> deadband = own_axes(both.model, kDeadbandThere);
   ASSERT_EQ(deadband.size(), 1u);
-  EXPECT_NEAR(both->model.fit.point[deadband.front()], 0.5, 0.02);
+  EXPECT_NEAR(both.model.fit.point[deadband.front()], 0.5, 0.02);
 }
 
 TEST(Hypotheses, OddsTurnRoundWithTheirOrder) {
-  const Pendulum& p = valve();
-  Hypotheses sets(*p.plain, p.experiment, p.at, {});
-  const Hypothesis none = sets.none(kIterations);
-  const auto one = sets.changed(none, {{kDeadbandThere}, {{0.1}}, {}, {}, {}}, kIterations);
-  ASSERT_TRUE(one);
-  sets.settle(*one);
-  const double odds = sets.log_odds(*one, none);
-  EXPECT_NEAR(odds, -sets.log_odds(none, *one), 1e-9 * std::fabs(odds));
+  Sets sets(valve());
+  const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
+  sets.all.settle(one);
+  const double odds = sets.all.log_odds(one, sets.none);
+  EXPECT_NEAR(odds, -sets.all.log_odds(sets.none, one), 1e-9 * std::fabs(odds));
 }
 
 TEST(Hypotheses, WhatIsTakenOutLeavesTheSetBeforeIt) {
-  const Pendulum& p = valve();
-  Hypotheses sets(*p.plain, p.experiment, p.at, {});
-  const Hypothesis none = sets.none(kIterations);
-  const auto one = sets.changed(none, {{kDeadbandThere}, {{0.1}}, {}, {}, {}}, kIterations);
-  ASSERT_TRUE(one);
-  const auto again = sets.changed(*one, {{}, {}, {place_of(kDeadbandThere)}, {}, {}}, kIterations);
+  Sets sets(valve());
+  const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
+  const auto again = sets.all.changed(one, {{}, {}, {place_of(kDeadbandThere)}, {}, {}}, kIterations);
   ASSERT_TRUE(again);
   EXPECT_TRUE(again->effects.empty());
-  ASSERT_EQ(again->model.fit.point.size(), none.model.fit.point.size());
-  for (std::size_t a = 0; a < none.model.fit.point.size(); ++a)
-    EXPECT_NEAR(again->model.fit.point[a], none.model.fit.point[a], 1e-3 * std::fabs(none.model.fit.point[a]));
+  ASSERT_EQ(again->model.fit.point.size(), sets.none.model.fit.point.size());
+  for (std::size_t a = 0; a < sets.none.model.fit.point.size(); ++a)
+    EXPECT_NEAR(again->model.fit.point[a], sets.none.model.fit.point[a],
+                1e-3 * std::fabs(sets.none.model.fit.point[a]));
 }
 
 TEST(Hypotheses, AnEffectThatIsNotThereIsNotDetermined) {
-  const Pendulum& p = complete();
-  Hypotheses sets(*p.plain, p.experiment, p.at, {});
-  const Hypothesis none = sets.none(kIterations);
-  const auto one = sets.changed(none, {{kAsymmetryThere}, {{0.05}}, {}, {}, {}}, kIterations);
-  ASSERT_TRUE(one);
-  EXPECT_LT(sets.log_odds(*one, none), 0.0);
-  EXPECT_FALSE(sets.is_determined(*one, kAsymmetryThere));
+  const Sets sets(complete());
+  const Hypothesis one = sets.with(sets.none, kAsymmetryThere, 0.05);
+  EXPECT_LT(sets.all.log_odds(one, sets.none), 0.0);
+  EXPECT_FALSE(sets.all.is_determined(one, kAsymmetryThere));
 }
 
 TEST(SetSearch, FindsTogetherWhatTheValveHas) {
@@ -129,6 +131,14 @@ TEST(SetSearch, HasNothingToAddWhereNothingIsMissing) {
   const Pendulum& p = complete();
   EXPECT_FALSE(leaves_a_rest(*p.plain, p.experiment, p.at));
   EXPECT_FALSE(search_sets(*p.plain, *p.plain, {}, p.experiment, {p.at, {}, 1, {}}));
+}
+
+TEST(SetSearch, ClaimsNothingThatNoRecordingWasKeptToProve) {
+  const Pendulum& p = valve();
+  Experiment unproved = p.experiment;
+  for (Segment& segment : unproved.segments)
+    if (segment.role == Role::validate) segment.role = Role::train;
+  EXPECT_FALSE(search_sets(*p.plain, *p.plain, {}, unproved, {p.at, {}, 1, {}}));
 }
 
 }  // namespace
