@@ -159,6 +159,18 @@ Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const ResidualBlock> b
   return rows;
 }
 
+void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,
+                 const SimulatorOptions& options) {
+  Problem problem(model.model, experiment, model.space, options, model.weights);
+  const std::vector<int> train = experiment.with_role(Role::train);
+  model.fit = {};
+  model.fit.point = std::move(point);
+  model.fit.residual = problem.residual(model.fit.point, train);
+  model.fit.jacobian = problem.jacobian(model.fit.point, model.fit.residual, train);
+  model.fit.sum_of_squares = model.fit.residual.squaredNorm();
+  model.fit.prior_cost = prior_cost(model.space.axes(), model.fit.point);
+}
+
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
             const RunControl& control, int iterations) {
   const std::vector<int> train = experiment.with_role(Role::train);

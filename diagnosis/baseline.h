@@ -36,6 +36,10 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
             const RunControl& control, int iterations = kRefitIterations);
 
+/// The model at a point, its residual and sensitivities on the train recordings evaluated there: same point, same bits.
+void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,
+                 const SimulatorOptions& options);
+
 /// Population search and least squares from its best, least squares from the scenario's start values as well, from
 /// further starts until two of them meet (from_several_starts), and the best refined. `fit` receives the record of the
 /// search and whether it has arrived.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "physics/effects/table.h"
 
@@ -61,6 +62,7 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
   const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
   if (info.where == Where::arm) {
     bool any = false;
+    if (experiment.parts > 1) return out;
     for (int j = 0; j < current.model.dof(); ++j)
       any = any || ((!info.hydraulic || is_hydraulic(current, j)) && shows(info, experiment, j));
     const bool base_moves = hooks.base != nullptr;  // which a measured motion of the joints does not show
@@ -148,6 +150,27 @@ CurrentModel extended(const CurrentModel& current, const Experiment& experiment,
   out.fit.point = point;
   for (std::size_t k = 0; k < own.size(); ++k)
     out.fit.point.push_back(std::clamp(own[k], axes[k].lower, axes[k].upper));
+  return out;
+}
+
+std::vector<EffectSpec> effects_beyond(const PlantModel& plain, const CurrentModel& current) {
+  std::set<int> searched;
+  for (const Axis& axis : current.space.axes()) searched.insert(axis.parameter);
+  const std::vector<double> values = current.space.expand(current.fit.point);
+  std::vector<EffectSpec> out;
+  for (const Component& effect : current.model.effects()) {
+    EffectSpec spec{effect_table()[static_cast<std::size_t>(effect.type)].name,
+                    current.model.place_name(effect),
+                    {},
+                    effect.recordings,
+                    ""};
+    if (plain.find_effect_at(spec.effect, spec.place) >= 0) continue;
+    for (int p = effect.first; p < effect.first + effect.count; ++p) {
+      const auto index = static_cast<std::size_t>(p);
+      if (searched.count(p) == 0) spec.parameters[current.model.parameters()[index].key] = values[index];
+    }
+    out.push_back(std::move(spec));
+  }
   return out;
 }
 

@@ -34,4 +34,7 @@ std::vector<std::vector<double>> starting_points(const PlantModel& model, const 
 CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
                       const std::vector<double>& point, const std::vector<double>& own);
 
+/// Effects of a model that `plain` has not, in its order, with the numbers that are held fixed.
+std::vector<EffectSpec> effects_beyond(const PlantModel& plain, const CurrentModel& current);
+
 }  // namespace lacuna

@@ -1,9 +1,12 @@
 #include "diagnosis/checkpoint.h"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "diagnosis/baseline.h"
 #include "ga/checkpoint.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
@@ -12,7 +15,7 @@ namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/3";
+constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/4";
 
 Json exact(const std::vector<double>& values) {
   Json out = Json::array();
@@ -79,19 +82,6 @@ Finding finding_from(const Json& j) {
   for (const Json& t : j.value("times", Json::array()))
     f.times.push_back({t.at(0), exact_number(t.at(1)), exact_number(t.at(2))});
   return f;
-}
-
-/// The solution at a stored point, evaluated anew.
-void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,
-                 const SimulatorOptions& options) {
-  Problem problem(model.model, experiment, model.space, options, model.weights);
-  const std::vector<int> train = experiment.with_role(Role::train);
-  model.fit = {};
-  model.fit.point = std::move(point);
-  model.fit.residual = problem.residual(model.fit.point, train);
-  model.fit.jacobian = problem.jacobian(model.fit.point, model.fit.residual, train);
-  model.fit.sum_of_squares = model.fit.residual.squaredNorm();
-  model.fit.prior_cost = prior_cost(model.space.axes(), model.fit.point);
 }
 
 }  // namespace
@@ -202,14 +192,67 @@ void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::opti
   write();
 }
 
+bool DiagnosisCheckpoint::restore_sets(const CurrentModel& plain, const Experiment& experiment,
+                                       const SimulatorOptions& options, std::optional<SetSearchResult>& sets) const {
+  if (!content_->json.contains("sets")) return false;
+  const Json& j = content_->json.at("sets");
+  sets.reset();
+  if (j.is_null()) return true;
+  SetSearchResult out{plain, {}, {}, j.at("notes").get<std::vector<std::string>>(), options};
+  out.simulator.max_step = exact_number(j.at("step"));
+  for (const Json& e : j.at("effects")) {
+    const EffectSpec spec{e.at(0), e.at(1), named_numbers(e.at(2)), e.at(3).get<std::vector<std::string>>(),
+                          "checkpoint"};
+    out.model = extended(out.model, experiment, spec, out.model.fit.point, {});
+  }
+  out.model.weights = numbers(j.at("weights"));
+  out.model.fit.point = numbers(j.at("point"));
+  for (const Json& f : j.at("findings")) out.findings.push_back(finding_from(f));
+  for (const Json& round : j.at("rounds")) {
+    out.rounds.emplace_back();
+    for (const Json& c : round) out.rounds.back().push_back(candidate_from(c));
+  }
+  sets = std::move(out);
+  return true;
+}
+
+void DiagnosisCheckpoint::store_sets(const PlantModel& plain, const std::optional<SetSearchResult>& sets) {
+  Json j;
+  if (sets) {
+    j = {{"notes", sets->notes},
+         {"step", exact_text(sets->simulator.max_step)},
+         {"effects", Json::array()},
+         {"weights", exact(sets->model.weights)},
+         {"point", exact(sets->model.fit.point)},
+         {"findings", Json::array()},
+         {"rounds", Json::array()}};
+    for (const EffectSpec& spec : effects_beyond(plain, sets->model))
+      j["effects"].push_back({spec.effect, spec.place, exact_by_name(spec.parameters), spec.recordings});
+    for (const Finding& f : sets->findings) j["findings"].push_back(to_json(f));
+    for (const std::vector<Candidate>& round : sets->rounds) {
+      Json list = Json::array();
+      for (const Candidate& c : round) list.push_back(to_json(c));
+      j["rounds"].push_back(std::move(list));
+    }
+  }
+  content_->json["sets"] = std::move(j);
+  write();
+}
+
 void DiagnosisCheckpoint::write() const {
   if (writes_ && !file_.empty()) write_file_atomically(file_, content_->json.dump());
 }
 
 void DiagnosisCheckpoint::remove(const std::filesystem::path& file) {
   remove_checkpoint(file);
-  std::filesystem::path search = file;
-  remove_checkpoint(search.replace_extension(".search.json"));
+  std::filesystem::path part = file;
+  remove_checkpoint(part.replace_extension(".search.json"));
+  for (int k = 0;; ++k) {
+    part = file;
+    part.replace_extension(fmt::format(".part_{}.json", k));
+    if (!std::filesystem::exists(part)) return;
+    remove_checkpoint(part);
+  }
 }
 
 }  // namespace lacuna

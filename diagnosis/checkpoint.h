@@ -8,6 +8,7 @@
 
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/screen.h"
+#include "diagnosis/set_search.h"
 
 namespace lacuna {
 
@@ -31,6 +32,11 @@ class DiagnosisCheckpoint {
                      std::optional<Finding>& finding, std::vector<Candidate>& candidates) const;
   void store_round(const CurrentModel& model, const std::optional<Finding>& finding,
                    const std::vector<Candidate>& candidates, const SimulatorOptions& options);
+
+  /// What the search with sets came to; nothing: that all stands as it is. `plain` is what its model is grown from.
+  bool restore_sets(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& options,
+                    std::optional<SetSearchResult>& sets) const;
+  void store_sets(const PlantModel& plain, const std::optional<SetSearchResult>& sets);
 
   /// For the caller, once the result is safe: removes this file and its parts.
   static void remove(const std::filesystem::path& file);

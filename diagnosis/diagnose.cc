@@ -9,9 +9,8 @@
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/effort_search.h"
 #include "diagnosis/evidence.h"
-#include "diagnosis/rounds.h"
+#include "diagnosis/missing_physics.h"
 #include "diagnosis/separate.h"
-#include "diagnosis/set_search.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
 #include "scenarios/error.h"
@@ -274,25 +273,11 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     out.rounds = std::move(found.rounds);
     out.notes = std::move(found.notes);
   } else {
-    Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
-    if (out.before.arrived) {
-      rounds.run();
-      report("whether all are needed", 0.9);
-      rounds.reconsider();
-    }
-    current = rounds.current;
-    simulator = rounds.simulator, step = rounds.step;
-    if (out.before.arrived && leaves_a_rest(current, experiment, simulator)) {
-      SetSearchOptions further{simulator, control, out.seed,
-                               [&](double d) { report("sets of effects", 0.7 + 0.2 * d); }};
-      if (auto found = search_sets(before, current, out.findings, experiment, further)) {
-        current = std::move(found->model);
-        simulator = found->simulator, step.step = simulator.max_step;
-        out.findings = std::move(found->findings);
-        out.rounds.insert(out.rounds.end(), found->rounds.begin(), found->rounds.end());
-        out.notes.insert(out.notes.end(), found->notes.begin(), found->notes.end());
-      }
-    }
+    MissingPhysics found{before, simulator, step};
+    if (out.before.arrived)
+      found = search_missing_physics(scenario, experiment, before, simulator, control, saved, out, report);
+    current = std::move(found.model);
+    simulator = found.simulator, step = found.step;
   }
   out.added = added_effects(before.model, current);
 

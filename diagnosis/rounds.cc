@@ -60,14 +60,14 @@ Decision next_decision(const CurrentModel& current, const Experiment& experiment
   const auto progress = [&](double d) { report("every effect at every place", 0.5 * d); };
   std::vector<ScreenedEffect> screened = screen_effects(current, experiment, {options.simulator, first, progress});
   const double all = static_cast<double>(experiment.joint_names.size());
-  options.choices = joints.empty() ? 1.0 : all / static_cast<double>(joints.size());
+  options.choices = experiment.parts * (joints.empty() ? 1.0 : all / static_cast<double>(joints.size()));
   report("weighing on held-out recordings", 0.5);
   Decision decision = decide(current, experiment, screened, options);
   if (decision.finding || joints.empty()) return decision;
   const auto elsewhere = [&](const std::string& place) { return !first(place); };
   for (ScreenedEffect& effect : screen_effects(current, experiment, {options.simulator, elsewhere, progress}))
     screened.push_back(std::move(effect));
-  options.choices = 1.0;
+  options.choices = experiment.parts;
   report("weighing on held-out recordings", 0.5);
   return decide(current, experiment, std::move(screened), options);
 }
@@ -157,7 +157,8 @@ bool Rounds::round() {
   if (!saved_.restore_round(done_, experiment_, simulator, next, finding, candidates)) {
     const std::vector<std::string> joints =
         likely_joints(done_ == 0 ? out_.missing : missing_efforts(current, scenario_, simulator, out_.seed));
-    const DecideOptions decide_options{simulator, quiet_, out_.seed, 1.0, step.error_over_noise};
+    const DecideOptions decide_options{simulator, quiet_, out_.seed, static_cast<double>(experiment_.parts),
+                                       step.error_over_noise};
     Decision decision = next_decision(current, experiment_, joints, decide_options,
                                       [&](const std::string& stage, double d) { report_(stage, share + width * d); });
     weigh_pair(decision, experiment_, decide_options);

@@ -126,7 +126,9 @@ class SetSearch {
   /// At every place the effect of most promise; most first.
   std::vector<Move> promising() {
     ScreenOptions look{sets_.simulator(), [](const std::string&) { return true; }};
-    look.skipped = [&](const EffectSpec& spec) { return hopeless_.count(place_of(spec)) > 0; };
+    look.skipped = [&](const EffectSpec& spec) {
+      return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
+    };
     std::map<std::string, std::vector<Move>> at;
     std::set<NamedPlace> seen, worth;
     looked_at_.clear();
@@ -442,7 +444,8 @@ class SetSearch {
     out.outside = shares[1];
     out.stability = static_cast<double>(wins) / kSetDraws;
     const int numbers = static_cast<int>(own_axes(standing_.model, {out.effect, out.place, {}, {}, ""}).size());
-    out.p_value = chance(std::max(0.0, whole[0] - whole[1]), std::max(numbers, 1), static_cast<int>(sets_.offered()));
+    out.p_value = chance(std::max(0.0, whole[0] - whole[1]), std::max(numbers, 1),
+                         experiment_.parts * static_cast<int>(sets_.offered()));
     for (std::size_t r = 0; r < rivals.size(); ++r) {
       const Contestant& rival = rivals[r];
       out.rivals.push_back({rival.spec.effect, rival.spec.place, shares[r + 2], rival.spec.parameters, rival.own, {}});

@@ -33,6 +33,7 @@ struct SetSearchOptions {
   RunControl control;
   std::uint64_t seed = 1;
   std::function<void(double done)> progress = {};
+  std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in
 };
 
 /// From `current`, whose effects beyond those of `plain` are those of `findings`, in order. Nothing where these stand

@@ -23,18 +23,6 @@ double difference_step(const Axis& axis, double x) {
   return x + step <= axis.upper ? step : -step;
 }
 
-/// [joint]: its branch of the tree, where what moves in one branch cannot move another: the base stands still and no
-/// effect acts on the whole arm. Else one branch.
-std::vector<int> branches(const PlantModel& model) {
-  const std::vector<Joint>& joints = model.robot().joints();
-  std::vector<int> out(joints.size(), 0);
-  const auto whole = [](const Component& effect) { return effect.joint < 0; };
-  if (std::any_of(model.effects().begin(), model.effects().end(), whole)) return out;
-  for (std::size_t j = 0; j < joints.size(); ++j)
-    out[j] = joints[j].parent < 0 ? static_cast<int>(j) : out[static_cast<std::size_t>(joints[j].parent)];
-  return out;
-}
-
 /// [simulation]: the axes that one difference may move together, each in another branch of the tree.
 std::vector<std::vector<std::size_t>> moved_together(const PlantModel& model, const SearchSpace& space,
                                                      std::span<const int> branch) {

@@ -104,4 +104,8 @@ class PlantModel {
   std::vector<Component> actuators_, effects_;
 };
 
+/// [joint]: the branch of the tree on which it sits, by the branch's first joint, where what moves on one branch cannot
+/// move another: the base stands still and no effect acts on the whole arm. Else all of them 0.
+std::vector<int> branches(const PlantModel& model);
+
 }  // namespace lacuna

@@ -49,4 +49,36 @@ inline Scenario pendulum_problem(const PendulumTruth& start, const std::vector<s
   return scenario;
 }
 
+/// A block on a slide (m) and a pendulum (rad) on one base: neither moves the other. Its recordings have `concealed`.
+inline Scenario two_machines(std::vector<EffectSpec> concealed = {}, const std::vector<Role>& roles = {Role::train},
+                             double noise = 1e-5) {
+  const auto robot = Robot::from_urdf_text(R"(<robot name='two'><link name='ground'/>
+  <link name='block'><inertial><mass value='2'/><inertia ixx='0.02' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>
+  <link name='rod'><inertial><origin xyz='0 0 -0.5'/><mass value='1'/><inertia ixx='0.02' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>
+  <joint name='slide' type='prismatic'><parent link='ground'/><child link='block'/><axis xyz='1 0 0'/>
+  <limit lower='-100' upper='100' effort='1e9' velocity='1e9'/></joint>
+  <joint name='swing' type='revolute'><parent link='ground'/><child link='rod'/><axis xyz='0 1 0'/>
+  <limit lower='-100' upper='100' effort='1e9' velocity='1e9'/></joint></robot>)",
+                                           "two");
+  Scenario scenario =
+      bare_scenario(robot,
+                    {actuator("slide", "torque_source", {{"gain", 3.0}, {"damping", 4.0}, {"stiffness", 20.0}}),
+                     actuator("swing", "torque_source", {{"gain", 3.0}, {"damping", 0.8}, {"stiffness", 4.0}})},
+                    false);
+  Scenario truth = scenario;
+  truth.effects = std::move(concealed);
+  int k = 0;
+  for (const Role role : roles) {
+    Drive drive = sine_drive(2, 8.0, 0.02, 3.0, 7.3 * k);
+    for (std::vector<double>& u : drive.u) std::fill_n(u.begin(), 25, 0.0);
+    const std::string file = k == 0 ? "run.csv" : "run_" + std::to_string(k) + ".csv";
+    add_recording(scenario,
+                  simulated_recording(truth, drive, {{0.0, 0.0}, {0.0, 0.0}, false}, available_engines().front(), file,
+                                      noise, static_cast<std::uint64_t>(k) + 3),
+                  role);
+    ++k;
+  }
+  return scenario;
+}
+
 }  // namespace lacuna::test

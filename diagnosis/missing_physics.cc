@@ -1,0 +1,132 @@
+#include "diagnosis/missing_physics.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/locate.h"
+#include "diagnosis/parts.h"
+#include "diagnosis/set_search.h"
+
+namespace lacuna {
+namespace {
+
+template <class T>
+void append(std::vector<T>& to, std::vector<T> more) {
+  to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+bool acts_at_a_joint(const EffectSpec& spec) { return effect_info(spec.effect).where == Where::joint; }
+
+/// Goes on with sets of effects where a rest remains; whether anything changed.
+bool go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
+                     SetSearchOptions options, DiagnosisCheckpoint& saved, Diagnosis& out) {
+  if (!leaves_a_rest(found.model, experiment, found.simulator)) return false;
+  options.simulator = found.simulator;
+  std::optional<SetSearchResult> sets;
+  if (!saved.restore_sets(before, experiment, found.simulator, sets)) {
+    sets = search_sets(before, found.model, out.findings, experiment, options);
+    saved.store_sets(before.model, sets);
+  }
+  if (!sets) return false;
+  found.model = std::move(sets->model);
+  found.simulator = sets->simulator, found.step.step = found.simulator.max_step;
+  evaluate_at(found.model, found.model.fit.point, experiment, found.simulator);  // as a resumed run has it
+  out.findings = std::move(sets->findings);
+  append(out.rounds, std::move(sets->rounds));
+  append(out.notes, std::move(sets->notes));
+  return true;
+}
+
+MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
+                                   const SimulatorOptions& simulator, const RunControl& control,
+                                   DiagnosisCheckpoint& saved, Diagnosis& out, const Report& report) {
+  Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
+  rounds.run();
+  report("whether all are needed", 0.9);
+  rounds.reconsider();
+  MissingPhysics found{rounds.current, rounds.simulator, rounds.step};
+  const auto progress = [&](double d) { report("sets of effects", 0.7 + 0.2 * d); };
+  go_on_with_sets(found, experiment, before, {simulator, control, out.seed, progress}, saved, out);
+  return found;
+}
+
+/// Whether a single effect of the whole arm leaves nothing beyond the noise: then there is nothing to take apart.
+bool one_effect_of_the_arm_suffices(const CurrentModel& before, const Experiment& experiment,
+                                    const SimulatorOptions& simulator) {
+  std::vector<double> noise = noise_levels(experiment);
+  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= before.weights[c];
+  Problem problem(before.model, experiment, before.space, simulator, before.weights);
+  const auto blocks = problem.layout(experiment.with_role(Role::train));
+  ScreenOptions look{simulator, [](const std::string&) { return true; }};
+  look.skipped = acts_at_a_joint;
+  const std::vector<ScreenedEffect> looked = screen_effects(before, experiment, look);
+  return std::any_of(looked.begin(), looked.end(),
+                     [&](const ScreenedEffect& s) { return excess_over_noise(s.residual, blocks, noise).empty(); });
+}
+
+/// What the search in one part came to.
+struct SearchedPart {
+  Experiment experiment;
+  MissingPhysics found;
+};
+
+SearchedPart search_part(const Scenario& scenario, Experiment experiment, const CurrentModel& whole,
+                         const Experiment& whole_experiment, const SimulatorOptions& simulator,
+                         const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out, const Report& report) {
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  CurrentModel before = part_of(whole, whole_experiment, scenario, experiment);
+  attach_start_effects(experiment, before.model, simulator, before.space.expand(before.fit.point));
+  refine(before, experiment, simulator, quiet);
+  Diagnosis own;
+  own.seed = out.seed, own.before.step = out.before.step;
+  own.missing = missing_efforts(before, scenario, simulator, out.seed);
+  MissingPhysics found = search_in_one_piece(scenario, experiment, before, simulator, control, saved, own, report);
+  append(out.findings, std::move(own.findings));
+  append(out.rounds, std::move(own.rounds));
+  append(out.notes, std::move(own.notes));
+  return {std::move(experiment), std::move(found)};
+}
+
+}  // namespace
+
+MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment& experiment,
+                                      const CurrentModel& before, const SimulatorOptions& simulator,
+                                      const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
+                                      const Report& report) {
+  const std::vector<Scenario> scenarios = parts_of(scenario);
+  if (scenarios.empty() || one_effect_of_the_arm_suffices(before, experiment, simulator))
+    return search_in_one_piece(scenario, experiment, before, simulator, control, saved, out, report);
+  MissingPhysics found{before, simulator, out.before.step};
+  std::vector<CurrentModel> models;
+  std::vector<Experiment> experiments;
+  for (std::size_t k = 0; k < scenarios.size(); ++k) {
+    const auto count = static_cast<double>(scenarios.size()), done = static_cast<double>(k) / count;
+    Experiment own = make_experiment(scenarios[k]);
+    own.parts = static_cast<int>(scenarios.size());
+    DiagnosisCheckpoint kept(saved.part("part_" + std::to_string(k)), control.problem + " " + scenarios[k].name,
+                             control.writes);
+    SearchedPart part = search_part(scenarios[k], std::move(own), before, experiment, simulator, control, kept, out,
+                                    [&](const std::string& stage, double d) {
+                                      report(scenarios[k].name + ": " + stage, 0.35 + 0.55 * (done + d / count));
+                                    });
+    found.simulator.max_step = std::min(found.simulator.max_step, part.found.simulator.max_step);
+    found.step.step = found.simulator.max_step;
+    found.step.error_over_noise = std::max(found.step.error_over_noise, part.found.step.error_over_noise);
+    models.push_back(std::move(part.found.model));
+    experiments.push_back(std::move(part.experiment));
+  }
+  found.model = put_together(before, experiment, models, experiments, found.simulator);
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  refit(found.model, experiment, found.simulator, quiet);
+  SetSearchOptions further{found.simulator, control, out.seed,
+                           [&](double) { report("effects of the whole arm", 0.9); }};
+  further.skipped = acts_at_a_joint;
+  go_on_with_sets(found, experiment, before, further, saved, out);
+  return found;
+}
+
+}  // namespace lacuna

@@ -1,0 +1,26 @@
+// The search for what is missing of a simulated motion: one effect a round (rounds.h), then sets of them where a rest
+// remains (set_search.h). A machine whose joints cannot all move each other is taken apart first (parts.h), unless a
+// single effect of the whole arm leaves nothing to explain; what acts on the whole arm beside the parts' own effects is
+// looked for when they are together again.
+#pragma once
+
+#include "diagnosis/checkpoint.h"
+#include "diagnosis/diagnosis.h"
+#include "diagnosis/rounds.h"
+
+namespace lacuna {
+
+struct MissingPhysics {
+  CurrentModel model;          ///< with all that was found, fitted
+  SimulatorOptions simulator;  ///< with the step that it needs
+  StepChoice step;
+};
+
+/// From `before`, the plain model as identified and arrived at simulator.max_step. Findings, candidates and notes go to
+/// `out`, whose `before` and `missing` are filled in already.
+MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment& experiment,
+                                      const CurrentModel& before, const SimulatorOptions& simulator,
+                                      const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
+                                      const Report& report);
+
+}  // namespace lacuna

@@ -1,0 +1,146 @@
+// A machine taken apart where its joints cannot move each other, and put together again.
+#include "diagnosis/parts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/checkpoint.h"
+#include "tests/ga/plant_problems.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+constexpr double kPartReading = 1e-4;  // m or rad, noise of a reading
+
+Scenario identified(std::vector<EffectSpec> concealed) {
+  Scenario out = two_machines(std::move(concealed), {Role::train, Role::validate, Role::test}, kPartReading);
+  for (const char* name : {"gain", "damping", "stiffness"}) out.identify.push_back({name, true, 0.2, 5.0, "test"});
+  for (const char* joint : {"slide", "swing"}) out.noise[ChannelKind::position][joint] = kPartReading;
+  return out;
+}
+
+TEST(Parts, AreBranchesOfATreeWhoseBaseStandsStill) {
+  Scenario scenario = identified({});
+  const std::vector<Scenario> parts = parts_of(scenario);
+  ASSERT_EQ(parts.size(), 2u);
+  for (const Scenario& part : parts) {
+    EXPECT_EQ(part.robot->dof(), 1);
+    EXPECT_EQ(part.robot->joints().front().name, part.name);
+    EXPECT_EQ(part.robot->links().size(), 2u) << "the ground and what moves";
+    EXPECT_EQ(part.actuators.size(), 1u);
+    EXPECT_EQ(part.identify.size(), 3u);
+    EXPECT_EQ(make_experiment(part).channels.size(), 1u);
+  }
+  Scenario held = scenario;
+  held.total_mass = 3.0;
+  EXPECT_TRUE(parts_of(held).empty()) << "a known total mass ties them together";
+  Scenario sprung = scenario;
+  sprung.effects = {effect("base_tilt", "arm", {{"roll", 0.0}, {"pitch", 0.0}})};
+  EXPECT_TRUE(parts_of(sprung).empty()) << "an effect of the whole arm ties them together";
+  Scenario blind = scenario;
+  blind.channels.of[ChannelKind::position].erase("slide");
+  EXPECT_TRUE(parts_of(blind).empty()) << "one measured branch is all there is";
+  EXPECT_TRUE(parts_of(pendulum_problem({}, {}, kPartReading)).empty());
+}
+
+TEST(Parts, GoByTheirNamesInEveryFullName) {
+  Scenario scenario = identified({});
+  scenario.identify = {{"slide.gain", true, 0.2, 5.0, "test"}, {"rod.mass", true, 0.5, 2.0, "test"}};
+  const std::vector<Scenario> parts = parts_of(scenario);
+  ASSERT_EQ(parts.size(), 2u);
+  for (const Scenario& part : parts) {
+    ASSERT_EQ(part.identify.size(), 1u) << part.name;
+    EXPECT_EQ(part.identify.front().name, part.name == "slide" ? "slide.gain" : "rod.mass");
+  }
+}
+
+TEST(Parts, HoldNoEffectOfTheWholeArm) {
+  const Scenario scenario = identified({});
+  const Scenario part = parts_of(scenario).front();
+  Experiment experiment = make_experiment(part);
+  const PlantModel model(part);
+  const CurrentModel current{model, SearchSpace(model, part), {1.0}, {}};
+  const EffectInfo& payload = effect_table()[static_cast<std::size_t>(find_effect("payload"))];
+  EXPECT_FALSE(places_of(payload, current, experiment).empty());
+  experiment.parts = 2;
+  EXPECT_TRUE(places_of(payload, current, experiment).empty());
+}
+
+TEST(Parts, PutTogetherPredictWhatEachDid) {
+  const Scenario scenario = identified({});
+  const Experiment whole_experiment = make_experiment(scenario);
+  const PlantModel model(scenario);
+  const SimulatorOptions at = on("featherstone", 0.005);
+  CurrentModel whole{model, SearchSpace(model, scenario), {kPartReading, kPartReading}, {}};
+  whole.fit.point = whole.space.start();
+  std::vector<Experiment> experiments;
+  std::vector<CurrentModel> models;
+  std::vector<Eigen::VectorXd> residuals;
+  for (const Scenario& part : parts_of(scenario)) {
+    experiments.push_back(make_experiment(part));
+    CurrentModel one = part_of(whole, whole_experiment, part, experiments.back());
+    EXPECT_EQ(one.weights, std::vector<double>{kPartReading});
+    for (double& x : one.fit.point) x *= 1.1;
+    const EffectSpec friction{"stribeck_friction", part.name, {{"Fs", 1.5}}, {"run_1.csv"}, "test"};
+    one = extended(one, experiments.back(), friction, one.fit.point, {0.5, 0.05, 0.0});
+    one.weights = {part.name == "slide" ? 2.0 * kPartReading : kPartReading};
+    const std::vector<int> all{0, 1, 2};
+    residuals.push_back(
+        Problem(one.model, experiments.back(), one.space, at, one.weights).residual(one.fit.point, all));
+    models.push_back(std::move(one));
+  }
+  const CurrentModel together = put_together(whole, whole_experiment, models, experiments, at);
+  EXPECT_EQ(together.weights, (std::vector<double>{2.0 * kPartReading, kPartReading}));
+  ASSERT_EQ(together.model.effects().size(), 2u);
+  EXPECT_EQ(together.model.effects()[1].recordings, std::vector<std::string>{"run_1.csv"});
+  EXPECT_EQ(together.space.size(), 6u + 6u) << "what was held stays held";
+  EXPECT_EQ(together.fit.jacobian.cols(), 12);
+  Problem problem(together.model, whole_experiment, together.space, at, together.weights);
+  const std::vector<int> all{0, 1, 2};
+  const Eigen::VectorXd r = problem.residual(together.fit.point, all);
+  std::vector<Eigen::Index> row(2, 0);
+  for (const ResidualBlock& block : problem.layout(all)) {
+    const auto j = static_cast<std::size_t>(whole_experiment.channels[static_cast<std::size_t>(block.channel)].joint);
+    const auto own = residuals[j].segment(row[j], block.count);
+    EXPECT_LT((r.segment(block.first, block.count) - own).norm(), 1e-6 * own.norm()) << block.segment << " " << j;
+    row[j] += block.count;
+  }
+}
+
+DiagnoseOptions quick() {
+  DiagnoseOptions out;
+  out.identify.optimizer = Optimizer::lsq;
+  out.identify.simulator.engine = "featherstone";
+  out.other_engines = false;
+  return out;
+}
+
+TEST(Parts, EachHasItsOwnFinding) {
+  const Diagnosis out = diagnose(
+      identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}}), effect("valve_deadband", "slide", {{"d", 0.4}})}),
+      quick());
+  EXPECT_EQ(out.verdict, Verdict::missing_physics);
+  ASSERT_EQ(out.findings.size(), 2u);
+  for (const Finding& f : out.findings) {
+    const bool swing = f.place == "swing";
+    EXPECT_TRUE(std::count(f.members.begin(), f.members.end(), swing ? "coulomb_friction" : "valve_deadband"))
+        << f.effect << " at " << f.place;
+  }
+  EXPECT_NE(out.findings[0].place, out.findings[1].place);
+  for (const auto& [joint, rms] : out.after.rms.back().second) EXPECT_LT(rms, 1.1 * kPartReading) << joint;
+  EXPECT_TRUE(out.worse.empty());
+}
+
+TEST(Parts, SayNothingOfOneThatIsComplete) {
+  const Diagnosis out = diagnose(identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), quick());
+  ASSERT_EQ(out.findings.size(), 1u);
+  EXPECT_EQ(out.findings.front().place, "swing");
+}
+
+}  // namespace
+}  // namespace lacuna
