@@ -13,6 +13,7 @@
 #include "diagnosis/kin.h"
 #include "diagnosis/partial.h"
 #include "diagnosis/prior.h"
+#include "ga/sandwich.h"
 #include "scenarios/error.h"
 
 namespace lacuna {

@@ -19,30 +19,7 @@ constexpr std::uint32_t kBaggingDraws = 83;  ///< of random draws
 
 double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
 
-constexpr double kBlockMemories = 5.0;  ///< correlation times that a block spans at least
-constexpr Eigen::Index kLeastBlocks = 10, kMostBlocks = 40;
-
 }  // namespace
-
-std::vector<int> time_blocks(std::span<const ResidualBlock> blocks, double correlation) {
-  std::map<int, Eigen::Index> first;  // of every segment, all segments one after the other
-  Eigen::Index rows = 0;
-  for (const ResidualBlock& b : blocks) {
-    Eigen::Index& count = first[b.segment];
-    count = std::max(count, b.count);
-    rows = std::max(rows, b.first + b.count);
-  }
-  Eigen::Index total = 0;
-  for (auto& [segment, count] : first) total += std::exchange(count, total);
-  const auto wanted = static_cast<Eigen::Index>(std::ceil(kBlockMemories * correlation));
-  const Eigen::Index length = std::max({Eigen::Index{1}, total / kMostBlocks, std::min(wanted, total / kLeastBlocks)});
-  std::vector<int> out(static_cast<std::size_t>(rows), 0);
-  for (const ResidualBlock& b : blocks) {
-    for (Eigen::Index k = 0; k < b.count; ++k)
-      out[static_cast<std::size_t>(b.first + k)] = static_cast<int>((first[b.segment] + k) / length);
-  }
-  return out;
-}
 
 std::vector<std::vector<double>> block_draws(std::size_t blocks, int draws, std::uint64_t seed) {
   std::vector<std::vector<double>> out;

@@ -40,10 +40,6 @@ struct Part {
   std::vector<std::vector<double>> start;  ///< own search coordinates of an absent one, to start a fit from
 };
 
-/// Which of at most 40 stretches of time every residual row belongs to, all channels of a stretch together: each at
-/// least five times as long as the residual remembers itself (`correlation`, samples), but no fewer than 10 in all.
-std::vector<int> time_blocks(std::span<const ResidualBlock> blocks, double correlation);
-
 /// How often each of `blocks` is drawn, with replacement, in each of `draws` resamples.
 std::vector<std::vector<double>> block_draws(std::size_t blocks, int draws, std::uint64_t seed);
 

@@ -13,6 +13,7 @@
 #include "diagnosis/kin.h"
 #include "diagnosis/screen.h"
 #include "diagnosis/where.h"
+#include "ga/sandwich.h"
 #include "scenarios/error.h"
 
 namespace lacuna {

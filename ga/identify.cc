@@ -8,6 +8,7 @@
 
 #include "ga/arrival.h"
 #include "ga/pagmo_optimizers.h"
+#include "ga/sandwich.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -66,13 +67,17 @@ Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double
           spans};
 }
 
-/// The Jacobian in units of what each channel is left with: rows of a channel over its own rms, its slow noise counted
-/// at its effective samples, so that what one joint's model lacks widens no other joint's intervals. `effective`:
-/// samples of all channels.
-Eigen::MatrixXd whitened_by_channel(Problem& problem, std::span<const ResidualBlock> blocks,
-                                    const LeastSquaresResult& s, double& effective) {
-  effective = 0.0;
-  Eigen::MatrixXd out = s.jacobian;
+/// A fit in units of what each channel is left with.
+struct ByChannel {
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd residual;
+  double effective = 0.0;  ///< samples of all channels
+};
+
+/// Rows of a channel over its own rms, its slow noise counted at its effective samples, so that what one joint's model
+/// lacks widens no other joint's intervals.
+ByChannel whitened_by_channel(Problem& problem, std::span<const ResidualBlock> blocks, const LeastSquaresResult& s) {
+  ByChannel out{s.jacobian, s.residual};
   const double n = static_cast<double>(s.residual.size()), p = static_cast<double>(s.jacobian.cols());
   for (std::size_t c = 0; c < problem.weights().size(); ++c) {
     std::vector<ResidualBlock> own;
@@ -85,17 +90,30 @@ Eigen::MatrixXd whitened_by_channel(Problem& problem, std::span<const ResidualBl
     }
     if (own.empty()) continue;
     const double independent = effective_samples(s.residual, own);
-    effective += independent;
+    out.effective += independent;
     // A stated noise is a floor: a residual below it makes no parameter better known than its instrument allows.
     const auto& channels = problem.experiment().channels;
     const bool stated = channels[c].noise_stated && problem.weights()[c] == channels[c].noise;
     const double freedom = std::max(samples * (1.0 - p / n), 1.0);
     const double variance = std::max(energy / freedom, stated ? 1.0 : 1e-300);
-    if (out.rows() != s.residual.size()) continue;
-    for (const ResidualBlock& block : own)
-      out.middleRows(block.first, block.count) *= std::sqrt(independent / samples / variance);
+    const double unit = std::sqrt(independent / samples / variance);
+    for (const ResidualBlock& block : own) {
+      if (out.jacobian.rows() == s.residual.size()) out.jacobian.middleRows(block.first, block.count) *= unit;
+      out.residual.segment(block.first, block.count) *= unit;
+    }
   }
   return out;
+}
+
+/// Standard errors of the search point: those of white noise as large as what is left or, where that is more, those
+/// that hold for what is left as it is.
+Eigen::VectorXd standard_errors(const Identifiability& known, const ByChannel& fit,
+                                std::span<const ResidualBlock> blocks) {
+  const Eigen::VectorXd white = known.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  if (fit.jacobian.rows() != fit.residual.size()) return white;
+  const double correlation = static_cast<double>(fit.residual.size()) / std::max(fit.effective, 1.0);
+  return white.cwiseMax(
+      sandwich_errors(known.covariance, fit.jacobian, fit.residual, time_blocks(blocks, correlation)));
 }
 
 Estimate mass_estimate(const PlantModel& model, int parameter, double value, double low, double high) {
@@ -247,14 +265,14 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
                   FitResult& fit) {
   const auto blocks = problem.layout(segments);
   const LeastSquaresResult& s = fit.solution;
-  const Eigen::MatrixXd jacobian = whitened_by_channel(problem, blocks, s, fit.effective_samples);
-  fit.identifiability = identifiability(space, s.point, jacobian, 1.0, 1.0);
+  const ByChannel whitened = whitened_by_channel(problem, blocks, s);
+  fit.effective_samples = whitened.effective;
+  fit.identifiability = identifiability(space, s.point, whitened.jacobian, 1.0, 1.0);
+  const Eigen::VectorXd errors = standard_errors(fit.identifiability, whitened, blocks);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {
-    const double error =
-        std::sqrt(fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(a)));
-    fit.estimates.push_back(
-        estimate_of(model, space.axes()[a], s.point[a], error, fit.identifiability.relative_error[a]));
+    fit.estimates.push_back(estimate_of(model, space.axes()[a], s.point[a], errors(static_cast<Eigen::Index>(a)),
+                                        fit.identifiability.relative_error[a]));
   }
   fit.undetermined.clear();
   for (const auto& direction : fit.identifiability.undetermined) {
