@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kUnknownNoise = 1e-3;  // of a channel's range, where the scenario neither states nor shows its noise
 constexpr int kRefitIterations = 20;
+constexpr double kBeyondTravel = 1.5;     // of half the travel: where a contact that does nothing is put
+constexpr double kWellBeyond = 3.0;       // the least that makes an effect what its name says
 constexpr double kRoughTolerance = 1e-6;  // of the truth's steps while a strength is sought
 
 /// Uses of random draws: each has streams of its own, other than the recordings' noise.
@@ -71,23 +73,26 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
   return space.expand(space.contract(values));
 }
 
-/// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, nearly in
-/// proportion.
+/// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, mostly in
+/// proportion; where it does not (a stop that is just met), between the nearest factors of too little and too much.
 template <class Left>
 double factor_for(double visibility, const std::string& name, const Left& left) {
-  constexpr int kTries = 9;
+  constexpr int kTries = 16;
   constexpr double kCloseEnough = 0.05, kMostAtOnce = 8.0;
-  double factor = 1.0, last_log = 0.0, last_seen = 0.0, slope = 1.0, seen = 0.0;
+  double factor = 1.0, last_log = 0.0, last_seen = 0.0, slope = 1.0, seen = 0.0, too_little = 0.0, too_much = HUGE_VAL;
   for (int k = 0; k < kTries; ++k) {
     seen = left(factor);
     if (std::fabs(seen / visibility - 1.0) < kCloseEnough) return factor;
-    if (!(seen > 0.0) || !std::isfinite(seen)) break;
+    if (!std::isfinite(seen) || (!(seen > 0.0) && !std::isfinite(too_much))) break;
+    (seen < visibility ? too_little : too_much) = factor;
     const double at = std::log(factor);
-    if (k > 0 && std::fabs(at - last_log) > 1e-9)
+    if (k > 0 && seen > 0.0 && last_seen > 0.0 && std::fabs(at - last_log) > 1e-9)
       slope = std::clamp((std::log(seen) - std::log(last_seen)) / (at - last_log), 0.3, 3.0);
     last_log = at;
     last_seen = seen;
-    factor *= std::clamp(std::pow(visibility / seen, 1.0 / slope), 1.0 / kMostAtOnce, kMostAtOnce);
+    if (seen > 0.0) factor *= std::clamp(std::pow(visibility / seen, 1.0 / slope), 1.0 / kMostAtOnce, kMostAtOnce);
+    const bool beyond = !(seen > 0.0) || factor <= too_little || factor >= too_much;
+    if (beyond) factor = std::sqrt(too_little * too_much);
   }
   throw WorkError(
       fmt::format("{} cannot be made as visible as {}: {:.3g} is what was reached", name, visibility, seen));
@@ -114,8 +119,10 @@ Hidden::Hidden(const HiddenEffect& asked, const PlantModel& plain, const Experim
   for (const EffectParameter& p : parameters_) {
     const double size = typical_size(p.info->scale, plain, experiment, p.joint, values);
     const bool typical = !p.info->starts.empty() && !p.info->optional;
-    values_.push_back(typical ? typical_origin(p.info->scale, experiment, p.joint) + p.info->starts.front() * size
-                              : p.info->neutral);
+    const double start = typical ? std::max(p.info->starts.front(), kWellBeyond * p.info->least) : 0.0;
+    const double origin = typical_origin(p.info->scale, experiment, p.joint);
+    values_.push_back(typical ? origin + start * size : p.info->neutral);
+    if (p.info->scale == Scale::reach) reach_ = {origin - kBeyondTravel * size, origin + kBeyondTravel * size};
   }
   put_given(where);
   if (strength() == leading_parameter(info_).neutral)
@@ -132,9 +139,16 @@ EffectSpec Hidden::spec(double factor) const {
   EffectSpec out{asked_.effect, asked_.place, {}, asked_.recordings, "--effect"};
   for (std::size_t k = 0; k < values_.size(); ++k) {
     const ParameterInfo& p = *parameters_[k].info;
-    out.parameters[parameters_[k].key] = std::clamp(strengthened(info_, p, values_[k], factor), p.lower, p.upper);
+    const double value = reach_ ? brought_nearer(p, values_[k], factor) : strengthened(info_, p, values_[k], factor);
+    out.parameters[parameters_[k].key] = std::clamp(value, p.lower, p.upper);
   }
   return out;
+}
+
+double Hidden::brought_nearer(const ParameterInfo& p, double value, double factor) const {
+  if (p.scale != Scale::reach) return value;
+  const double end = strength() > 0.0 ? reach_->second : reach_->first;
+  return end + factor * (value - end);
 }
 
 void Hidden::scale(double factor) {
@@ -169,6 +183,7 @@ void Hidden::put_given(const std::string& where) {
           !parameters_[k].info->optional)
         values_[k] *= factor;
     values_[at] = value;
+    if (p.scale == Scale::reach) reach_.reset();
   }
 }
 

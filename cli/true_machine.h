@@ -2,6 +2,7 @@
 // hidden effects, and physics outside the catalogue. Simulated by physics/truth.h.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -25,18 +26,21 @@ class Hidden {
   const HiddenEffect& asked() const { return asked_; }
   double strength() const;  ///< the leading parameter
   const char* contains() const { return info_.contains; }
-  /// The effect `factor` times as strong.
+  /// The effect `factor` times as strong; a contact whose place was not given: so many times as far inside the end of
+  /// the travel.
   EffectSpec spec(double factor) const;
   void scale(double factor);
   std::vector<std::pair<std::string, double>> parameters() const;
 
  private:
   void put_given(const std::string& where);
+  double brought_nearer(const ParameterInfo& p, double value, double factor) const;
 
   HiddenEffect asked_;
   const EffectInfo& info_;
   std::vector<EffectParameter> parameters_;
   std::vector<double> values_;
+  std::optional<std::pair<double, double>> reach_;  ///< rad (m), the travel in which a contact is moved
 };
 
 /// What it does, and what a plain refit leaves of that. Keeps references to the scenario and the options.

@@ -153,6 +153,13 @@ CurrentModel extended(const CurrentModel& current, const Experiment& experiment,
   return out;
 }
 
+bool is_large_enough(const CurrentModel& current, const Experiment& experiment, const Axis& axis, double x) {
+  const Parameter& p = current.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+  if (p.info == nullptr || !(p.info->least > 0.0)) return true;
+  const double size = typical_size(p.info->scale, current.model, experiment, p.joint, current.model.values());
+  return std::fabs(axis.value(x) - p.neutral) >= p.info->least * size;
+}
+
 std::vector<EffectSpec> effects_beyond(const PlantModel& plain, const CurrentModel& current) {
   std::set<int> searched;
   for (const Axis& axis : current.space.axes()) searched.insert(axis.parameter);

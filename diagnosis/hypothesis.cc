@@ -223,6 +223,7 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
     const Axis& axis = h.model.space.axes()[a];
     const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
     if (p.info->optional) continue;
+    if (!is_large_enough(h.model, experiment_, axis, h.model.fit.point[a])) return false;
     const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
     if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
     if (p.info->at_least == nullptr) continue;

@@ -98,8 +98,9 @@ class Hypotheses {
   /// Sets of train recordings that an effect in some of them could have been in.
   double choices_of(const EffectSpec& spec) const;
 
-  /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine: a friction
-  /// that grows towards rest beside no sliding friction at all. Optional shapes may stand there.
+  /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine (a friction
+  /// that grows towards rest beside no sliding friction at all), or too near neutral to be what its name says. Optional
+  /// shapes may stand there.
   bool ends_within(const Hypothesis& h, const EffectSpec& spec) const;
   /// Whether one of its strengths is off neutral by more than two standard errors.
   bool is_determined(const Hypothesis& h, const EffectSpec& spec) const;

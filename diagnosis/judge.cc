@@ -62,6 +62,14 @@ bool at_end(const Tried& tried, const Experiment& experiment) {
   return false;
 }
 
+bool too_small(const Tried& tried, const Experiment& experiment) {
+  const auto& axes = tried.model.space.axes();
+  const std::size_t plain = axes.size() - tried.effect.own.size();
+  for (std::size_t a = plain; a < axes.size(); ++a)
+    if (!is_large_enough(tried.model, experiment, axes[a], tried.model.fit.point[a])) return true;
+  return false;
+}
+
 bool is_finite(const Tried& tried) {
   return std::all_of(tried.effect.own.begin(), tried.effect.own.end(), [](double x) { return std::isfinite(x); });
 }
@@ -193,6 +201,7 @@ std::vector<Tried> Judge::kin_of(const Tried& tried, const EffectInfo& kin) {
 std::string Judge::objection(const Tried& tried) const {
   if (!is_finite(tried)) return "a parameter is not finite";
   if (at_end(tried, experiment_)) return "a parameter at the end of its range";
+  if (too_small(tried, experiment_)) return "a parameter too near neutral for such an effect";
   if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);
   if (validate_.empty()) return "no validate recording to prove it on";
   if (!held_out(tried.heldout)) {

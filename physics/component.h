@@ -86,6 +86,9 @@ struct ParameterInfo {
   bool per_joint = false;
   /// The parameter of the same component below which this one must not lie; null: none. Loading refuses what does.
   const char* at_least = nullptr;
+  /// Units of `scale`: nearer to neutral than this it is no such thing (a stop that its drive pushes through is a
+  /// spring).
+  double least = 0.0;
 };
 
 /// What an arm's base stands on.

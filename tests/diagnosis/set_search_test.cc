@@ -110,6 +110,18 @@ TEST(Hypotheses, AnEffectThatIsNotThereIsNotDetermined) {
   EXPECT_FALSE(sets.all.is_determined(one, kAsymmetryThere));
 }
 
+TEST(Hypotheses, RefuseAStopThatItsDriveWouldPushThrough) {
+  const Pendulum& p = complete();
+  const Hypotheses all(*p.plain, p.experiment, p.at, {});
+  const double size = typical_size(Scale::stiffness, p.model, p.experiment, 0, p.model.values());
+  for (const double stiffness : {-30.0, -3.0, 3.0, 30.0}) {
+    const EffectSpec spec{"end_stop", "swing", {}, {}, "test"};
+    const Hypothesis stop{{spec},
+                          extended(*p.plain, p.experiment, spec, p.plain->fit.point, {0.0, stiffness * size, 0.0})};
+    EXPECT_EQ(all.ends_within(stop, spec), std::fabs(stiffness) > 10.0) << stiffness;
+  }
+}
+
 TEST(SetSearch, FindsTogetherWhatTheValveHas) {
   const Pendulum& p = valve();
   ASSERT_TRUE(leaves_a_rest(*p.plain, p.experiment, p.at));
