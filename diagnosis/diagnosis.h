@@ -1,9 +1,12 @@
 // The diagnosis of one scenario: what its plain model leaves out, where, how much, and how far the fit improves.
 //
-// The steps stand one file each, in order: baseline.h (identify the plain model), locate.h (where it fails), screen.h
-// (every effect at every place, re-identified with it), decide.h (what is better than chance on recordings that were
-// not fitted), where.h (when and in which states that shows), prune.h (whether all are needed), anew.h (what is said of
-// those that are), separate.h (the motion that would tell a class apart), verify.h (test recordings, other engines).
+// The steps stand one file each, in order: baseline.h (identify the plain model), locate.h (where it fails),
+// missing_physics.h (the search for what is missing, by branches that cannot move each other: parts.h), in rounds of
+// one effect each (rounds.h): screen.h (every effect at every place, re-identified with it), decide.h (what is better
+// than chance on recordings that were not fitted), where.h (when and in which states that shows), prune.h (whether all
+// are needed), anew.h (what is said of those that are); set_search.h (sets of effects where a rest remains; in efforts
+// effort_search.h alone); separate.h (the motion that would tell a class apart), verify.h (test recordings, other
+// engines).
 #pragma once
 
 #include <map>

@@ -12,6 +12,8 @@
 namespace lacuna {
 namespace {
 
+constexpr int kFewIterations = 6;  ///< of a fit that starts where a look has ended
+
 template <class T>
 void append(std::vector<T>& to, std::vector<T> more) {
   to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
@@ -52,18 +54,19 @@ MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& e
   return found;
 }
 
-/// Whether a single effect of the whole arm leaves nothing beyond the noise: then there is nothing to take apart.
+/// Whether a single effect of the whole arm, the best of them fitted, leaves nothing beyond the noise: then there is
+/// nothing to take apart.
 bool one_effect_of_the_arm_suffices(const CurrentModel& before, const Experiment& experiment,
-                                    const SimulatorOptions& simulator) {
-  std::vector<double> noise = noise_levels(experiment);
-  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= before.weights[c];
-  Problem problem(before.model, experiment, before.space, simulator, before.weights);
-  const auto blocks = problem.layout(experiment.with_role(Role::train));
+                                    const SimulatorOptions& simulator, const RunControl& control) {
   ScreenOptions look{simulator, [](const std::string&) { return true; }};
   look.skipped = acts_at_a_joint;
   const std::vector<ScreenedEffect> looked = screen_effects(before, experiment, look);
-  return std::any_of(looked.begin(), looked.end(),
-                     [&](const ScreenedEffect& s) { return excess_over_noise(s.residual, blocks, noise).empty(); });
+  const auto best = std::min_element(looked.begin(), looked.end(),
+                                     [](const auto& a, const auto& b) { return a.sum_of_squares < b.sum_of_squares; });
+  if (best == looked.end()) return false;
+  CurrentModel with = extended(before, experiment, best->spec, best->point, best->own);
+  refine(with, experiment, simulator, control, kFewIterations);
+  return !leaves_a_rest(with, experiment, simulator);
 }
 
 /// What the search in one part came to.
@@ -97,7 +100,9 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
                                       const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
                                       const Report& report) {
   const std::vector<Scenario> scenarios = parts_of(scenario);
-  if (scenarios.empty() || one_effect_of_the_arm_suffices(before, experiment, simulator))
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  if (scenarios.empty() || one_effect_of_the_arm_suffices(before, experiment, simulator, quiet))
     return search_in_one_piece(scenario, experiment, before, simulator, control, saved, out, report);
   MissingPhysics found{before, simulator, out.before.step};
   std::vector<CurrentModel> models;
@@ -119,8 +124,6 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
     experiments.push_back(std::move(part.experiment));
   }
   found.model = put_together(before, experiment, models, experiments, found.simulator);
-  RunControl quiet = control;
-  quiet.progress = nullptr;
   refit(found.model, experiment, found.simulator, quiet);
   SetSearchOptions further{found.simulator, control, out.seed,
                            [&](double) { report("effects of the whole arm", 0.9); }};

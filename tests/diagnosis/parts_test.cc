@@ -2,6 +2,7 @@
 #include "diagnosis/parts.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -140,6 +141,44 @@ TEST(Parts, SayNothingOfOneThatIsComplete) {
   const Diagnosis out = diagnose(identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), quick());
   ASSERT_EQ(out.findings.size(), 1u);
   EXPECT_EQ(out.findings.front().place, "swing");
+}
+
+TEST(Parts, StayTogetherWhereOneEffectOfTheWholeArmExplainsAll) {
+  const Diagnosis out = diagnose(identified({effect("base_tilt", "arm", {{"roll", 0.0}, {"pitch", 0.05}})}), quick());
+  ASSERT_EQ(out.findings.size(), 1u);
+  EXPECT_EQ(out.findings.front().effect, "base_tilt");
+  EXPECT_EQ(out.findings.front().place, "arm");
+}
+
+TEST(Parts, ResumeAfterAnInterruptionToTheSameNumbers) {
+  const auto folder = std::filesystem::temp_directory_path() / ("lacuna_parts_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const Scenario scenario =
+      identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}}), effect("valve_deadband", "slide", {{"d", 0.4}})});
+  const Diagnosis whole = diagnose(scenario, quick());
+  StopFlag stop{false};
+  DiagnoseOptions options = quick();
+  options.identify.control.checkpoint = folder / "diagnosis.json";
+  options.identify.control.problem = "two machines";
+  options.identify.control.stop = &stop;
+  options.identify.simulator.stop = &stop;
+  options.identify.control.progress = [&](const Progress& p) {
+    if (p.stage.rfind("swing: every effect", 0) == 0) stop = true;  // the slide is done
+  };
+  EXPECT_THROW(diagnose(scenario, options), Interrupted);
+  EXPECT_TRUE(std::filesystem::exists(folder / "diagnosis.part_0.json"));
+  stop = false;
+  options.identify.control.progress = nullptr;
+  const Diagnosis resumed = diagnose(scenario, options);
+  EXPECT_TRUE(same_bits(whole.after.values, resumed.after.values));
+  ASSERT_EQ(whole.findings.size(), resumed.findings.size());
+  for (std::size_t k = 0; k < whole.findings.size(); ++k) {
+    EXPECT_EQ(whole.findings[k].effect, resumed.findings[k].effect);
+    EXPECT_EQ(whole.findings[k].probability, resumed.findings[k].probability);
+  }
+  DiagnosisCheckpoint::remove(options.identify.control.checkpoint);
+  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "an end removes the parts', too";
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
