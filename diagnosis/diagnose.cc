@@ -173,18 +173,16 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
   return fit.estimates;
 }
 
-/// Effects of `current` beyond those of the plain model, in its order.
+/// Effects of `current` beyond those of the plain model, in its order, with all their values.
 std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentModel& current) {
-  std::vector<EffectSpec> out;
+  std::vector<EffectSpec> out = effects_beyond(plain, current);
   const std::vector<double> values = current.space.expand(current.fit.point);
-  for (std::size_t k = plain.effects().size(); k < current.model.effects().size(); ++k) {
-    const Component& c = current.model.effects()[k];
-    EffectSpec spec{
-        effect_table()[static_cast<std::size_t>(c.type)].name, current.model.place_name(c), {}, c.recordings, ""};
+  for (EffectSpec& spec : out) {
+    const auto at = static_cast<std::size_t>(current.model.find_effect_at(spec.effect, spec.place));
+    const Component& c = current.model.effects()[at];
     for (int i = c.first; i < c.first + c.count; ++i)
       spec.parameters[current.model.parameters()[static_cast<std::size_t>(i)].key] =
           values[static_cast<std::size_t>(i)];
-    out.push_back(std::move(spec));
   }
   return out;
 }

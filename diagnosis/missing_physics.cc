@@ -4,7 +4,6 @@
 #include <iterator>
 
 #include "diagnosis/baseline.h"
-#include "diagnosis/evidence.h"
 #include "diagnosis/locate.h"
 #include "diagnosis/parts.h"
 #include "diagnosis/set_search.h"
@@ -21,24 +20,23 @@ void append(std::vector<T>& to, std::vector<T> more) {
 
 bool acts_at_a_joint(const EffectSpec& spec) { return effect_info(spec.effect).where == Where::joint; }
 
-/// Goes on with sets of effects where a rest remains; whether anything changed.
-bool go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
+/// Goes on with sets of effects where a rest remains.
+void go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
                      SetSearchOptions options, DiagnosisCheckpoint& saved, Diagnosis& out) {
-  if (!leaves_a_rest(found.model, experiment, found.simulator)) return false;
+  if (!leaves_a_rest(found.model, experiment, found.simulator)) return;
   options.simulator = found.simulator;
   std::optional<SetSearchResult> sets;
   if (!saved.restore_sets(before, experiment, found.simulator, sets)) {
     sets = search_sets(before, found.model, out.findings, experiment, options);
     saved.store_sets(before.model, sets);
   }
-  if (!sets) return false;
+  if (!sets) return;
   found.model = std::move(sets->model);
   found.simulator = sets->simulator, found.step.step = found.simulator.max_step;
   evaluate_at(found.model, found.model.fit.point, experiment, found.simulator);  // as a resumed run has it
   out.findings = std::move(sets->findings);
   append(out.rounds, std::move(sets->rounds));
   append(out.notes, std::move(sets->notes));
-  return true;
 }
 
 MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,

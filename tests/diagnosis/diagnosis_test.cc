@@ -12,6 +12,7 @@
 #include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
 #include "diagnosis/verify.h"
+#include "tests/diagnosis/interrupted.h"
 #include "tests/diagnosis/noise.h"
 #include "tests/ga/plant_problems.h"
 
@@ -161,14 +162,8 @@ TEST(Diagnosis, ResumesAfterAnInterruptionToTheSameNumbers) {
   const Scenario scenario = concealed_deadband();
   const Diagnosis whole = diagnose(scenario, small());
   StopFlag stop{false};
-  DiagnoseOptions options = small();
-  options.identify.control.checkpoint = folder / "diagnosis.json";
-  options.identify.control.problem = "deadband";
-  options.identify.control.stop = &stop;
-  options.identify.simulator.stop = &stop;
-  options.identify.control.progress = [&](const Progress& p) {
-    if (p.stage.find("every effect") != std::string::npos) stop = true;  // the plain model is done
-  };
+  // The plain model is done then.
+  DiagnoseOptions options = stopping_at(small(), folder / "diagnosis.json", "every effect", stop);
   EXPECT_THROW(diagnose(scenario, options), Interrupted);
   EXPECT_TRUE(std::filesystem::exists(options.identify.control.checkpoint));
   stop = false;

@@ -9,6 +9,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
+#include "tests/diagnosis/interrupted.h"
 #include "tests/ga/plant_problems.h"
 
 namespace lacuna {
@@ -157,14 +158,8 @@ TEST(Parts, ResumeAfterAnInterruptionToTheSameNumbers) {
       identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}}), effect("valve_deadband", "slide", {{"d", 0.4}})});
   const Diagnosis whole = diagnose(scenario, quick());
   StopFlag stop{false};
-  DiagnoseOptions options = quick();
-  options.identify.control.checkpoint = folder / "diagnosis.json";
-  options.identify.control.problem = "two machines";
-  options.identify.control.stop = &stop;
-  options.identify.simulator.stop = &stop;
-  options.identify.control.progress = [&](const Progress& p) {
-    if (p.stage.rfind("swing: every effect", 0) == 0) stop = true;  // the slide is done
-  };
+  // The slide is done then.
+  DiagnoseOptions options = stopping_at(quick(), folder / "diagnosis.json", "swing: every effect", stop);
   EXPECT_THROW(diagnose(scenario, options), Interrupted);
   EXPECT_TRUE(std::filesystem::exists(folder / "diagnosis.part_0.json"));
   stop = false;
