@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "ga/arrival.h"
@@ -23,11 +24,7 @@ bool update_weights(CurrentModel& current, const Experiment& experiment, const S
     same = same && std::fabs(next[c] - current.weights[c]) <= kSameWeight * current.weights[c];
   }
   if (same) return false;
-  const Problem problem(current.model, experiment, current.space, options, current.weights);
-  const auto blocks = problem.layout(experiment.with_role(Role::train));
-  current.fit.residual = reweighed(std::move(current.fit.residual), blocks, current.weights, next);
-  current.fit.jacobian = reweighed(std::move(current.fit.jacobian), blocks, current.weights, next);
-  current.weights = std::move(next);
+  change_weights(current, experiment, options, std::move(next));
   return true;
 }
 
@@ -133,13 +130,14 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
 }
 
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
-           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian, int iterations) {
+           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian, int iterations, bool nearby) {
   Problem problem(model.model, experiment, model.space, options, model.weights);
   LeastSquaresOptions finish;
   finish.iterations = iterations;
   finish.tolerance = tolerance;
   finish.polish = false;
   finish.jacobian = jacobian;
+  finish.nearby = nearby;
   finish.control = control;
   finish.control.progress = nullptr;
   try {
@@ -150,13 +148,50 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
   return true;
 }
 
-Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const ResidualBlock> blocks, std::span<const double> before,
-                          std::span<const double> after) {
-  for (const ResidualBlock& block : blocks) {
-    const std::size_t c = static_cast<std::size_t>(block.channel);
-    rows.middleRows(block.first, block.count) *= before[c] / after[c];
+Eigen::MatrixXd sensitivities_near(const CurrentModel& near, const CurrentModel& model, const Experiment& experiment,
+                                   const SimulatorOptions& options) {
+  const bool known = near.fit.jacobian.cols() == static_cast<Eigen::Index>(near.space.size());
+  if (!known || near.fit.jacobian.rows() == 0 || near.weights != model.weights) return {};
+  const auto name = [](const CurrentModel& of, const Axis& axis) -> const std::string& {
+    return of.model.parameters()[static_cast<std::size_t>(axis.parameter)].name;
+  };
+  std::map<std::string, Eigen::Index> there;
+  for (std::size_t a = 0; a < near.space.size(); ++a)
+    there.emplace(name(near, near.space.axes()[a]), static_cast<Eigen::Index>(a));
+  const std::vector<int> train = experiment.with_role(Role::train);
+  Problem problem(model.model, experiment, model.space, options, model.weights);
+  const Eigen::VectorXd at = problem.residual(model.fit.point, train);
+  if (!at.allFinite() || at.size() != near.fit.jacobian.rows()) return {};
+  std::vector<std::size_t> fresh;
+  Eigen::MatrixXd out(at.size(), static_cast<Eigen::Index>(model.space.size()));
+  for (std::size_t a = 0; a < model.space.size(); ++a) {
+    const auto known_at = there.find(name(model, model.space.axes()[a]));
+    if (known_at == there.end())
+      fresh.push_back(a);
+    else
+      out.col(static_cast<Eigen::Index>(a)) = near.fit.jacobian.col(known_at->second);
   }
-  return rows;
+  const Eigen::MatrixXd own = problem.jacobian(model.fit.point, at, train, fresh);
+  for (std::size_t k = 0; k < fresh.size(); ++k)
+    out.col(static_cast<Eigen::Index>(fresh[k])) = own.col(static_cast<Eigen::Index>(k));
+  return out.allFinite() ? out : Eigen::MatrixXd();
+}
+
+bool refit_near(const CurrentModel& near, CurrentModel& model, const Experiment& experiment,
+                const SimulatorOptions& options, const RunControl& control) {
+  const Eigen::MatrixXd known = sensitivities_near(near, model, experiment, options);
+  return refit(model, experiment, options, control, kRefitTolerance, known.size() > 0 ? &known : nullptr,
+               kRefitIterations, true);
+}
+
+void change_weights(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
+                    std::vector<double> weights) {
+  const std::vector<int> train = experiment.with_role(Role::train);
+  const Problem before(model.model, experiment, model.space, options, model.weights);
+  const Problem after(model.model, experiment, model.space, options, weights);
+  model.fit.residual = after.reweighed(std::move(model.fit.residual), before, train);
+  model.fit.jacobian = after.reweighed(std::move(model.fit.jacobian), before, train);
+  model.weights = std::move(weights);
 }
 
 void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,

@@ -18,19 +18,28 @@ std::vector<double> noise_levels(const Experiment& experiment);
 std::vector<double> weights_from(const CurrentModel& current, const Experiment& experiment,
                                  const SimulatorOptions& options);
 
-/// Residual or Jacobian rows of `blocks` weighed by `before` (one a channel), weighed by `after`.
-Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, std::span<const ResidualBlock> blocks, std::span<const double> before,
-                          std::span<const double> after);
+/// Other weights, and the model's residual and sensitivities on the train recordings in them.
+void change_weights(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
+                    std::vector<double> weights);
 
 constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at which a refit has arrived
 constexpr int kRefitIterations = 25;
 
 /// Least squares on the train recordings from the model's present point, with its present weights, until a step gains
-/// less than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot
-/// be simulated from that point.
+/// less than `tolerance` of the energy. `jacobian`: there, if it is known; `nearby`: or close by. False, the model as
+/// it was, where it cannot be simulated from that point.
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
            const RunControl& control, double tolerance = kRefitTolerance, const Eigen::MatrixXd* jacobian = nullptr,
-           int iterations = kRefitIterations);
+           int iterations = kRefitIterations, bool nearby = false);
+
+/// What a fit of `model` may begin with, on the train recordings at its point: of coordinates that `near` has as well
+/// (by the names of their parameters) its sensitivities, of the others differences. Empty where their weights differ or
+/// nothing can be simulated.
+Eigen::MatrixXd sensitivities_near(const CurrentModel& near, const CurrentModel& model, const Experiment& experiment,
+                                   const SimulatorOptions& options);
+/// The refit that begins with those.
+bool refit_near(const CurrentModel& near, CurrentModel& model, const Experiment& experiment,
+                const SimulatorOptions& options, const RunControl& control);
 
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

@@ -66,15 +66,14 @@ Hypothesis Hypotheses::none(int iterations) const {
 
 bool Hypotheses::fit(CurrentModel& model, int iterations) const {
   set_priors(model.model, experiment_, model.space, model.fit.point);
+  Eigen::MatrixXd known = std::move(model.fit.jacobian);
   for (int k = 0; k < 2; ++k) {
-    if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
+    const bool usable = known.cols() == static_cast<Eigen::Index>(model.space.size()) && known.rows() > 0;
+    if (!refit(model, experiment_, simulator_, control_, kFitTolerance, usable ? &known : nullptr, iterations, k == 0))
+      return false;
     if (settled_) return true;
-    const std::vector<double> before = model.weights;
-    model.weights = independent_weights(model);
-    const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
-    const auto blocks = problem.layout(train_);
-    model.fit.residual = reweighed(std::move(model.fit.residual), blocks, before, model.weights);
-    model.fit.jacobian = reweighed(std::move(model.fit.jacobian), blocks, before, model.weights);
+    change_weights(model, experiment_, simulator_, independent_weights(model));
+    known = model.fit.jacobian;
   }
   return true;
 }
@@ -117,6 +116,7 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
     add(change.in[k], change.own[k]);
     out.effects.push_back(change.in[k]);
   }
+  out.model.fit.jacobian = sensitivities_near(now, out.model, experiment_, simulator_);
   if (!fit(out.model, iterations)) return std::nullopt;
   return out;
 }
@@ -141,11 +141,11 @@ void Hypotheses::settle(const Hypothesis& on) {
 
 FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> weights) const {
   FittedRows out;
-  Problem problem(model.model, experiment_, model.space, simulator_,
-                  std::vector<double>(weights.begin(), weights.end()));
-  out.blocks = problem.layout(train_);
-  out.residual = problem.residual(model.fit.point, train_);
-  const Eigen::MatrixXd J = problem.jacobian(model.fit.point, out.residual, train_);
+  const Problem own(model.model, experiment_, model.space, simulator_, model.weights);
+  const Problem asked(model.model, experiment_, model.space, simulator_, {weights.begin(), weights.end()});
+  out.blocks = asked.layout(train_);
+  out.residual = asked.reweighed(model.fit.residual, own, train_);
+  const Eigen::MatrixXd J = asked.reweighed(model.fit.jacobian, own, train_);
   for (std::size_t a = 0; a < model.space.size(); ++a)
     out.columns.push_back(column_of(model.space.axes()[a], model.fit.point[a], J.col(static_cast<Eigen::Index>(a))));
   return out;
@@ -225,7 +225,7 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
     if (p.info->optional) continue;
     if (!is_large_enough(h.model, experiment_, axis, h.model.fit.point[a])) return false;
     const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
-    if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
+    if (x <= axis.lower + margin || (x >= axis.upper - margin && !p.info->upper_is_real)) return false;
     if (p.info->at_least == nullptr) continue;
     const std::string base = p.name.substr(0, p.name.size() - p.key.size());
     const int other = h.model.model.find(base + p.info->at_least);

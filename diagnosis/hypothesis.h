@@ -85,6 +85,7 @@ class Hypotheses {
   void settle(const Hypothesis& on);
   bool settled() const { return settled_.has_value(); }
 
+  /// Of a fitted model at the present step, in other weights.
   FittedRows rows(const CurrentModel& model, std::span<const double> weights) const;
   /// Whitened rows of `of` on the validate recordings, with the colour and in the weights of `by`.
   Eigen::VectorXd heldout_rows(const Hypothesis& of, const Hypothesis& by) const;

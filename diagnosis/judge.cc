@@ -54,7 +54,7 @@ bool at_end(const Tried& tried, const Experiment& experiment) {
     const double x = tried.model.fit.point[plain + k], margin = kAtEnd * size_of(axis, p, model, experiment);
     if (!std::isfinite(margin)) continue;
     const double neutral = to_search(axis.coordinate, p.neutral);
-    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin;
+    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin && !p.info->upper_is_real;
     const bool leads_nowhere = (low && neutral <= axis.lower + margin) || (high && neutral >= axis.upper - margin);
     const bool driven = errors.empty() || !(std::fabs(x - neutral) < kUndriven * errors[plain + k]);
     if (leads_nowhere ? k == 0 : (low || high) && driven) return true;
@@ -127,8 +127,7 @@ bool Judge::refit(Tried& tried) {
   if (!lacuna::refit(model, experiment_, simulator_, options_.control)) return false;
   const std::vector<double> weights = weights_from(model, experiment_, simulator_);
   if (weights != model.weights) {
-    model.fit.jacobian = reweighed(model.fit.jacobian, plain_.layout(train_), model.weights, weights);
-    model.weights = weights;
+    change_weights(model, experiment_, simulator_, weights);
     if (!settle(model)) return false;
   }
   take_over(tried);
@@ -244,7 +243,8 @@ void Judge::take_over(Tried& tried) {
   const std::size_t base = current_.space.size();
   tried.effect.point.assign(model.fit.point.begin(), model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
   tried.effect.own.assign(model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), model.fit.point.end());
-  tried.effect.residual = reweighed(model.fit.residual, plain_.layout(train_), model.weights, current_.weights);
+  const Problem own(model.model, experiment_, model.space, simulator_, model.weights);
+  tried.effect.residual = plain_.reweighed(model.fit.residual, own, train_);
   tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
   judge_heldout(tried);
 }

@@ -1,5 +1,7 @@
 #include "diagnosis/missing_physics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -7,6 +9,7 @@
 #include "diagnosis/locate.h"
 #include "diagnosis/parts.h"
 #include "diagnosis/set_search.h"
+#include "diagnosis/thinned.h"
 
 namespace lacuna {
 namespace {
@@ -16,6 +19,10 @@ constexpr int kFewIterations = 6;  ///< of a fit that starts where a look has en
 template <class T>
 void append(std::vector<T>& to, std::vector<T> more) {
   to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+}
+
+std::size_t searched_windows(const Experiment& experiment) {
+  return experiment.with_role(Role::train).size() + experiment.with_role(Role::validate).size();
 }
 
 bool acts_at_a_joint(const EffectSpec& spec) { return effect_info(spec.effect).where == Where::joint; }
@@ -39,9 +46,9 @@ void go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const 
   append(out.notes, std::move(sets->notes));
 }
 
-MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
-                                   const SimulatorOptions& simulator, const RunControl& control,
-                                   DiagnosisCheckpoint& saved, Diagnosis& out, const Report& report) {
+MissingPhysics search_in_these(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
+                               const SimulatorOptions& simulator, const RunControl& control, DiagnosisCheckpoint& saved,
+                               Diagnosis& out, const Report& report) {
   Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
   rounds.run();
   report("whether all are needed", 0.9);
@@ -49,6 +56,30 @@ MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& e
   MissingPhysics found{rounds.current, rounds.simulator, rounds.step};
   const auto progress = [&](double d) { report("sets of effects", 0.7 + 0.2 * d); };
   go_on_with_sets(found, experiment, before, {simulator, control, out.seed, progress}, saved, out);
+  return found;
+}
+
+/// By as much of the recordings as that needs; what is found is fitted to all of them.
+MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
+                                   const SimulatorOptions& simulator, const RunControl& control,
+                                   DiagnosisCheckpoint& saved, Diagnosis& out, const Report& report) {
+  const Experiment enough = thinned(experiment);
+  if (enough.segments.size() == experiment.segments.size())
+    return search_in_these(scenario, experiment, before, simulator, control, saved, out, report);
+  CurrentModel start = before;
+  evaluate_at(start, before.fit.point, enough, simulator);
+  MissingPhysics found = search_in_these(scenario, enough, start, simulator, control, saved, out, report);
+  out.notes.push_back(
+      fmt::format("missing physics was looked for in {} of {} windows, spread evenly over the train and "
+                  "validate recordings; what was found was then fitted to all train windows",
+                  searched_windows(enough), searched_windows(experiment)));
+  if (found.model.space.size() == before.space.size()) {
+    found.model = before;
+    return found;
+  }
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  refit(found.model, experiment, found.simulator, quiet);
   return found;
 }
 

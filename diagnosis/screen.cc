@@ -8,6 +8,7 @@
 
 #include "diagnosis/coarse.h"
 #include "diagnosis/partial.h"
+#include "diagnosis/prior.h"
 #include "diagnosis/projector.h"
 
 namespace lacuna {
@@ -15,15 +16,16 @@ namespace {
 
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
-constexpr double kLeastStep = 1e-9;    ///< of that difference, relative to the range searched
-constexpr int kSizings = 3;            ///< rounds that bring a start's strength down
-constexpr double kStrongest = 2.0;     ///< change of the prediction over what is to be explained, both rms
-constexpr double kTwin = 0.05;         ///< starts nearer than this share of their size are one
-constexpr int kStartsKept = 2;         ///< of every effect, place and variant, after the first look
-constexpr std::size_t kChains = 40;    ///< starts that are re-identified; and the best one of every effect
-constexpr double kWorthwhile = 0.2;    ///< promised gain over the best one's, under which a start is given
-constexpr int kFewSteps = 2;           ///< so many steps only
-constexpr double kStepDamping = 1e-6;  ///< of Gauss-Newton, relative to the normal matrix' diagonal
+constexpr double kLeastStep = 1e-9;           ///< of that difference, relative to the range searched
+constexpr int kSizings = 3;                   ///< rounds that bring a start's strength down
+constexpr double kStrongest = 2.0;            ///< change of the prediction over what is to be explained, both rms
+constexpr double kTwin = 0.05;                ///< starts nearer than this share of their size are one
+constexpr int kStartsKept = 2;                ///< of every effect, place and variant, after the first look
+constexpr std::size_t kStartsRemembered = 4;  ///< of them for the looks that follow
+constexpr std::size_t kChains = 40;           ///< starts that are re-identified; and the best one of every effect
+constexpr double kWorthwhile = 0.2;           ///< promised gain over the best one's, under which a start is given
+constexpr int kFewSteps = 2;                  ///< so many steps only
+constexpr double kStepDamping = 1e-6;         ///< of Gauss-Newton, relative to the normal matrix' diagonal
 
 /// One start of one effect at one place on its way.
 struct Chain {
@@ -44,12 +46,13 @@ struct Chain {
 /// All starts of one effect, in a model that holds it at every place at its neutral value.
 class EffectScreen {
  public:
-  EffectScreen(const CurrentModel& current, const Experiment& experiment, const CoarseLook& coarse, int steps,
-               std::vector<EffectSpec> specs, std::vector<int> train)
+  EffectScreen(const CurrentModel& current, const Experiment& experiment, const CoarseLook& coarse,
+               const ScreenOptions& options, std::vector<EffectSpec> specs, std::vector<int> train)
       : current_(current),
         experiment_(experiment),
         coarse_(coarse),
-        steps_(steps),
+        steps_(options.steps),
+        remembered_(options.starts),
         specs_(std::move(specs)),
         train_(std::move(train)),
         model_(current.model.with_effects(specs_)),
@@ -127,6 +130,7 @@ class EffectScreen {
     }
     std::stable_sort(chains.begin(), chains.end(),
                      [](const Chain& a, const Chain& b) { return a.promise < b.promise; });
+    remember(chains);
     std::map<std::pair<int, bool>, int> kept;
     std::erase_if(chains, [&](const Chain& chain) {
       return !chain.alive || ++kept[{chain.component, chain.refined}] > kStartsKept;
@@ -153,7 +157,8 @@ class EffectScreen {
     const Component& c = model_.effects()[static_cast<std::size_t>(component)];
     const std::size_t place = static_cast<std::size_t>(component - first_component());
     const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
-    for (const auto& start : starting_points(model_, experiment_, axes)) {
+    const std::vector<std::vector<double>>* known = remembered(place, refined);
+    for (const auto& start : known != nullptr ? *known : starting_points(model_, experiment_, axes)) {
       Chain chain;
       chain.component = component;
       chain.refined = refined;
@@ -165,6 +170,28 @@ class EffectScreen {
       }
       out.push_back(std::move(chain));
     }
+  }
+
+  std::string key(std::size_t place, bool refined) const {
+    const EffectSpec& spec = specs_[place];
+    std::string out = spec.effect + '\n' + spec.place + (refined ? "\n+" : "\n");
+    for (const std::string& recording : spec.recordings) out += '\n' + recording;
+    return out;
+  }
+  const std::vector<std::vector<double>>* remembered(std::size_t place, bool refined) const {
+    if (remembered_ == nullptr) return nullptr;
+    const auto at = remembered_->find(key(place, refined));
+    return at == remembered_->end() ? nullptr : &at->second;
+  }
+  /// Of chains in the order of their promises, the first ones of each place that has none yet.
+  void remember(const std::vector<Chain>& chains) {
+    if (remembered_ == nullptr) return;
+    std::map<std::string, std::vector<std::vector<double>>> fresh;
+    for (const Chain& chain : chains) {
+      const std::string of = key(static_cast<std::size_t>(chain.component - first_component()), chain.refined);
+      if (chain.alive && fresh[of].size() < kStartsRemembered) fresh[of].push_back(chain.first_own);
+    }
+    remembered_->merge(fresh);
   }
 
   std::vector<double> values_at(const Chain& chain, const Eigen::VectorXd& x) const {
@@ -233,13 +260,27 @@ class EffectScreen {
     }
   }
 
-  /// Residuals at every start, and the effect's own sensitivities there.
+  /// A chain's only strength, which takes the effect away at its neutral value; -1: it has none, or several.
+  int only_strength(const Chain& chain) const {
+    int out = -1;
+    for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+      if (!is_strength(*model_.parameters()[static_cast<std::size_t>(chain.axes[p].parameter)].info)) continue;
+      if (out >= 0) return -1;
+      out = static_cast<int>(p);
+    }
+    return out;
+  }
+
+  /// Residuals at every start, and the effect's own sensitivities there: to the strength by the secant from the present
+  /// model, which most effects follow through their whole range, to all else by differences.
   void begin(std::vector<Chain>& chains) {
     simulate_new(chains);
     std::vector<std::vector<double>> values;
     std::vector<Eigen::VectorXd> points;
     for (const Chain& chain : chains) {
+      const int strength = only_strength(chain);
       for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+        if (static_cast<int>(p) == strength) continue;
         Eigen::VectorXd moved = chain.x;
         double& own = moved(base_ + static_cast<Eigen::Index>(p));
         const double step = kOwnDifference * std::max(std::fabs(own), kLeastStep * width(chain.axes[p]));
@@ -253,10 +294,18 @@ class EffectScreen {
     for (Chain& chain : chains) {
       chain.alive = chain.residual.allFinite();
       chain.own_columns.resize(chain.residual.size(), static_cast<Eigen::Index>(chain.axes.size()));
-      for (std::size_t p = 0; p < chain.axes.size(); ++p, ++k) {
+      const int strength = only_strength(chain);
+      for (std::size_t p = 0; p < chain.axes.size(); ++p) {
         const Eigen::Index own = base_ + static_cast<Eigen::Index>(p);
         const Eigen::Index column = static_cast<Eigen::Index>(p);
-        chain.own_columns.col(column) = (residuals[k] - chain.residual) / (points[k](own) - chain.x(own));
+        if (static_cast<int>(p) == strength) {
+          const Parameter& parameter = model_.parameters()[static_cast<std::size_t>(chain.axes[p].parameter)];
+          const double way = chain.x(own) - chain.axes[p].at(parameter.neutral);
+          chain.own_columns.col(column) = (chain.residual - current_.fit.residual) / way;
+        } else {
+          chain.own_columns.col(column) = (residuals[k] - chain.residual) / (points[k](own) - chain.x(own));
+          ++k;
+        }
         chain.alive = chain.alive && chain.own_columns.col(column).allFinite();
       }
     }
@@ -366,6 +415,7 @@ class EffectScreen {
   const Experiment& experiment_;
   const CoarseLook& coarse_;
   int steps_;
+  PromisingStarts* remembered_;
   std::vector<EffectSpec> specs_;
   std::vector<int> train_;
   PlantModel model_;
@@ -393,8 +443,7 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
   std::vector<std::unique_ptr<EffectScreen>> screens;
   const CoarseLook coarse = coarse_look(current, experiment, options.simulator);
   auto look = [&](std::vector<EffectSpec> specs) {
-    screens.push_back(
-        std::make_unique<EffectScreen>(current, experiment, coarse, options.steps, std::move(specs), train));
+    screens.push_back(std::make_unique<EffectScreen>(current, experiment, coarse, options, std::move(specs), train));
     screens.back()->look(projector);
   };
   const auto& table = effect_table();

@@ -22,6 +22,7 @@ namespace {
 constexpr int kMostSetRounds = 12;
 constexpr double kWorthPutting = 10.0;    ///< log evidence that a change must bring
 constexpr int kSetIterations = 15;        ///< of a set on its way
+constexpr int kLookSteps = 3;             ///< of a look that only says what to put in
 constexpr std::size_t kMostTogether = 4;  ///< members of a compound
 constexpr double kIdleWindow = 8.0;       ///< log evidence under which an undetermined member is idle
 constexpr double kNotToldApart = 3.0;     ///< within which rivals are one class: 20 to 1
@@ -40,7 +41,12 @@ class SetSearch {
         options_(options),
         sets_(plain, experiment, options.simulator, options.control),
         standing_{{}, current} {
-    for (const Finding& f : findings) standing_.effects.push_back({f.effect, f.place, f.fixed, f.recordings, f.effect});
+    for (const Finding& f : findings) {
+      standing_.effects.push_back({f.effect, f.place, f.fixed, f.recordings, f.effect});
+      std::vector<Rival>& rivals = rivals_[{f.effect, f.place}];
+      for (const Rival& rival : f.rivals)
+        if (rival.effect != f.effect && rivals.size() < kRivalsFitted) rivals.push_back(rival);
+    }
   }
 
   std::optional<SetSearchResult> run() {
@@ -127,6 +133,7 @@ class SetSearch {
   /// At every place the effect of most promise; most first.
   std::vector<Move> promising() {
     ScreenOptions look{sets_.simulator(), [](const std::string&) { return true; }};
+    look.steps = kLookSteps, look.starts = &starts_;
     look.skipped = [&](const EffectSpec& spec) {
       return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
     };
@@ -304,7 +311,9 @@ class SetSearch {
   void finer_step() {
     const CurrentModel& now = standing_.model;
     const StepChoice step = choose_step(now.model, experiment_, sets_.simulator(), now.space.expand(now.fit.point));
-    if (step.step < sets_.simulator().max_step) sets_.set_step(step.step);
+    if (step.step >= sets_.simulator().max_step) return;
+    sets_.set_step(step.step);
+    evaluate_at(standing_.model, std::vector<double>(now.fit.point), experiment_, sets_.simulator());
   }
 
   // ---- what is claimed ----------------------------------------------------------------------------------------------
@@ -461,6 +470,7 @@ class SetSearch {
   Hypotheses sets_;
   Hypothesis standing_;
   std::map<std::string, std::vector<Move>> looked_at_;  ///< [place]: what the last look gave anything for
+  PromisingStarts starts_;
   std::set<std::set<NamedPlace>> tried_together_;
   std::set<NamedPlace> refused_;   ///< put in without success
   std::set<NamedPlace> hopeless_;  ///< promised too little at the last look

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <type_traits>
 
 #include "scenarios/error.h"
@@ -23,20 +24,27 @@ double difference_step(const Axis& axis, double x) {
   return x + step <= axis.upper ? step : -step;
 }
 
-/// [simulation]: the axes that one difference may move together, each in another branch of the tree.
-std::vector<std::vector<std::size_t>> moved_together(const PlantModel& model, const SearchSpace& space,
-                                                     std::span<const int> branch) {
-  std::vector<std::vector<std::size_t>> out, alone;
+/// A column of a Jacobian and the axis that it is of.
+struct AxisColumn {
+  std::size_t axis;
+  Eigen::Index column;
+};
+
+/// [simulation]: what one difference may move together, each in another branch of the tree.
+std::vector<std::vector<AxisColumn>> moved_together(const PlantModel& model, const SearchSpace& space,
+                                                    std::span<const std::size_t> axes, std::span<const int> branch) {
+  std::vector<std::vector<AxisColumn>> out, alone;
   std::map<int, std::size_t> next;  // [branch]: the first simulation that moves nothing in it
-  for (std::size_t a = 0; a < space.size(); ++a) {
-    const int joint = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].joint;
+  for (std::size_t c = 0; c < axes.size(); ++c) {
+    const AxisColumn one{axes[c], static_cast<Eigen::Index>(c)};
+    const int joint = model.parameters()[static_cast<std::size_t>(space.axes()[axes[c]].parameter)].joint;
     if (joint < 0 || space.dependent() >= 0) {
-      alone.push_back({a});
+      alone.push_back({one});
       continue;
     }
     std::size_t& k = next[branch[static_cast<std::size_t>(joint)]];
     if (k >= out.size()) out.resize(k + 1);
-    out[k++].push_back(a);
+    out[k++].push_back(one);
   }
   out.insert(out.end(), alone.begin(), alone.end());
   return out;
@@ -165,18 +173,26 @@ Eigen::VectorXd Problem::residual(const std::vector<double>& point, std::span<co
 
 Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen::VectorXd& at,
                                   std::span<const int> segments) {
+  std::vector<std::size_t> all(space_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return jacobian(point, at, segments, all);
+}
+
+Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen::VectorXd& at,
+                                  std::span<const int> segments, std::span<const std::size_t> axes) {
   const std::vector<int> branch = branches(model_);
-  const std::vector<std::vector<std::size_t>> together = moved_together(model_, space_, branch);
+  const std::vector<std::vector<AxisColumn>> together = moved_together(model_, space_, axes, branch);
   std::vector<std::vector<double>> points(together.size(), point);
   for (std::size_t k = 0; k < together.size(); ++k)
-    for (const std::size_t a : together[k]) points[k][a] += difference_step(space_.axes()[a], point[a]);
+    for (const AxisColumn& one : together[k])
+      points[k][one.axis] += difference_step(space_.axes()[one.axis], point[one.axis]);
   const std::vector<Eigen::VectorXd> moved = residuals(points, segments);
   const std::vector<ResidualBlock> blocks = layout(segments);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), static_cast<Eigen::Index>(space_.size()));
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), static_cast<Eigen::Index>(axes.size()));
   for (std::size_t k = 0; k < together.size(); ++k) {
-    for (const std::size_t a : together[k]) {
+    for (const auto& [a, c] : together[k]) {
       const int joint = model_.parameters()[static_cast<std::size_t>(space_.axes()[a].parameter)].joint;
-      auto column = J.col(static_cast<Eigen::Index>(a));
+      auto column = J.col(c);
       for (const ResidualBlock& block : blocks) {
         const auto of = static_cast<std::size_t>(experiment_.channels[static_cast<std::size_t>(block.channel)].joint);
         if (together[k].size() > 1 && branch[of] != branch[static_cast<std::size_t>(joint)]) continue;
@@ -186,6 +202,25 @@ Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen:
     }
   }
   return J;
+}
+
+Eigen::MatrixXd Problem::reweighed(Eigen::MatrixXd rows, const Problem& before, std::span<const int> segments) const {
+  const std::vector<ResidualBlock> blocks = layout(segments);
+  for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
+    Eigen::Index count = 0;
+    for (; last < blocks.size() && blocks[last].segment == blocks[first].segment; ++last) count += blocks[last].count;
+    const std::size_t s = static_cast<std::size_t>(blocks[first].segment);
+    for (Eigen::Index column = 0; column < rows.cols(); ++column) {
+      auto part = rows.col(column).segment(blocks[first].first, count);
+      if (!before.starts_.empty()) before.starts_[s].undo(part);
+      for (std::size_t b = first; b < last; ++b) {
+        const std::size_t c = static_cast<std::size_t>(blocks[b].channel);
+        part.segment(blocks[b].first - blocks[first].first, blocks[b].count) *= before.weights_[c] / weights_[c];
+      }
+      if (!starts_.empty()) starts_[s].apply(part);
+    }
+  }
+  return rows;
 }
 
 void Problem::costs(std::span<const std::vector<double>> points, std::span<double> out, std::span<const int> segments,

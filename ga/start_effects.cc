@@ -78,18 +78,26 @@ StartWhitening::StartWhitening(const Eigen::MatrixXd& effects, Eigen::VectorXd r
   const Eigen::MatrixXd scaled = inverse_weights_.asDiagonal() * effects;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(scaled.transpose() * scaled);
   // Along an eigenvector of scaled scaled^T with eigenvalue l the residual shrinks to 1/sqrt(1 + l).
-  Eigen::VectorXd share(of.eigenvalues().size());
-  for (Eigen::Index k = 0; k < share.size(); ++k) {
-    const double l = of.eigenvalues()(k);
-    share(k) = l > kUsable ? (1.0 - 1.0 / std::sqrt(1.0 + l)) / l : 0.0;
+  Eigen::VectorXd less(of.eigenvalues().size()), more = less;
+  for (Eigen::Index k = 0; k < less.size(); ++k) {
+    const double l = of.eigenvalues()(k), root = std::sqrt(1.0 + std::max(l, 0.0));
+    less(k) = l > kUsable ? (1.0 - 1.0 / root) / l : 0.0;
+    more(k) = l > kUsable ? (root - 1.0) / l : 0.0;
   }
-  shrinkage_ = of.eigenvectors() * share.asDiagonal() * of.eigenvectors().transpose();
+  shrinkage_ = of.eigenvectors() * less.asDiagonal() * of.eigenvectors().transpose();
+  growth_ = of.eigenvectors() * more.asDiagonal() * of.eigenvectors().transpose();
 }
 
 void StartWhitening::apply(Eigen::Ref<Eigen::VectorXd> residual) const {
   if (effects_ == nullptr) return;
   const Eigen::VectorXd explained = shrinkage_ * (effects_->transpose() * residual.cwiseProduct(inverse_weights_));
   residual -= inverse_weights_.cwiseProduct(*effects_ * explained);
+}
+
+void StartWhitening::undo(Eigen::Ref<Eigen::VectorXd> whitened) const {
+  if (effects_ == nullptr) return;
+  const Eigen::VectorXd missing = growth_ * (effects_->transpose() * whitened.cwiseProduct(inverse_weights_));
+  whitened += inverse_weights_.cwiseProduct(*effects_ * missing);
 }
 
 }  // namespace lacuna

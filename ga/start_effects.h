@@ -36,11 +36,13 @@ class StartWhitening {
   /// differ.
   StartWhitening(const Eigen::MatrixXd& effects, Eigen::VectorXd row_weights);
   void apply(Eigen::Ref<Eigen::VectorXd> residual) const;
+  /// The inverse of apply().
+  void undo(Eigen::Ref<Eigen::VectorXd> whitened) const;
 
  private:
   const Eigen::MatrixXd* effects_ = nullptr;
   Eigen::VectorXd inverse_weights_;
-  Eigen::MatrixXd shrinkage_;
+  Eigen::MatrixXd shrinkage_, growth_;
 };
 
 }  // namespace lacuna

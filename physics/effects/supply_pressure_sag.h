@@ -17,6 +17,8 @@ struct SupplyPressureSag {
                        {3.0, 12.0},
                        Coordinate::inverse};
     flow.per_joint = true;
+    ParameterInfo depth{"depth", "1", 0.0, -1.0, 1.0, "share of the gain lost at large flow", Scale::ratio, {0.2}};
+    depth.upper_is_real = true;  // a pump that gives all it can: the joints share what there is
     EffectInfo info{"supply_pressure_sag",
                     "Supply pressure sag",
                     Where::arm,
@@ -25,9 +27,7 @@ struct SupplyPressureSag {
                     "a joint is weak exactly when others move",
                     "actuator_saturation, gain",
                     "pump curve and relief valve in series; H. E. Merritt, Hydraulic Control Systems, 1967, ch. 11",
-                    {{"depth", "1", 0.0, -1.0, 1.0, "share of the gain lost at large flow", Scale::ratio, {0.2}},
-                     cap_sharpness(),
-                     flow}};
+                    {depth, cap_sharpness(), flow}};
     info.hydraulic = true;
     return info;
   }

@@ -83,6 +83,50 @@ TEST(Hypotheses, PreferWhatActedOnTrainAndOnHeldOutRecordings) {
   EXPECT_NEAR(both.model.fit.point[deadband.front()], 0.5, 0.02);
 }
 
+TEST(Hypotheses, RowsOfAFitAreThoseOfItsSimulationsInAnyWeights) {
+  Sets sets(valve());
+  const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
+  const std::vector<double> weights{3.0 * one.model.weights.front()};
+  Problem problem(one.model.model, valve().experiment, one.model.space, valve().at, weights);
+  const Eigen::VectorXd at = problem.residual(one.model.fit.point, sets.all.train());
+  const Eigen::MatrixXd J = problem.jacobian(one.model.fit.point, at, sets.all.train());
+  const FittedRows rows = sets.all.rows(one.model, weights);
+  EXPECT_LT((rows.residual - at).norm(), 1e-9 * at.norm());
+  for (std::size_t a = 0; a < rows.columns.size(); ++a) {
+    const auto column = J.col(static_cast<Eigen::Index>(a));
+    EXPECT_LT((rows.columns[a].train - column).norm(), 1e-5 * column.norm()) << a;
+  }
+}
+
+TEST(Hypotheses, WhatAFitBeginsWithKnowsTheOldNumbersAndSimulatesTheNew) {
+  const Pendulum& p = valve();
+  const CurrentModel more =
+      extended(*p.plain, p.experiment, kDeadbandThere, p.plain->fit.point, {1e-3});  // hardly anything yet
+  CurrentModel weighed = more;
+  weighed.weights = p.plain->weights;
+  const Eigen::MatrixXd J = sensitivities_near(*p.plain, weighed, p.experiment, p.at);
+  ASSERT_EQ(J.cols(), p.plain->fit.jacobian.cols() + 1);
+  EXPECT_EQ(J.leftCols(J.cols() - 1), p.plain->fit.jacobian);
+  Problem problem(more.model, p.experiment, more.space, p.at, p.plain->weights);
+  const std::vector<int> train = p.experiment.with_role(Role::train);
+  const Eigen::VectorXd at = problem.residual(more.fit.point, train);
+  EXPECT_EQ(J.rightCols(1), problem.jacobian(more.fit.point, at, train).rightCols(1));
+  weighed.weights.front() *= 2.0;
+  EXPECT_EQ(sensitivities_near(*p.plain, weighed, p.experiment, p.at).size(), 0) << "rows in other weights";
+}
+
+TEST(Hypotheses, AMachineMayStandWherePhysicsEnds) {
+  const Pendulum& p = complete();
+  const Hypotheses all(*p.plain, p.experiment, p.at, {});
+  const EffectSpec spec{"supply_pressure_sag", "arm", {{"n", 3.0}}, {}, "test"};
+  for (const double depth : {-1.0, 0.5, 1.0}) {
+    Hypothesis sag{{spec}, extended(*p.plain, p.experiment, spec, p.plain->fit.point, {depth, 0.0})};
+    const Axis& flow = sag.model.space.axes().back();
+    sag.model.fit.point.back() = 0.5 * (flow.lower + flow.upper);
+    EXPECT_EQ(all.ends_within(sag, spec), depth > 0.0) << "a pump may give all it has, and none gives more: " << depth;
+  }
+}
+
 TEST(Hypotheses, OddsTurnRoundWithTheirOrder) {
   Sets sets(valve());
   const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
@@ -137,6 +181,24 @@ TEST(SetSearch, FindsTogetherWhatTheValveHas) {
     EXPECT_EQ(at->place, "swing");
   }
   EXPECT_EQ(found->findings.size(), 2u);
+}
+
+TEST(SetSearch, HoldsWhatWasFoundBeforeAgainstItsRivals) {
+  // The asymmetry was found alone, beside a rival that explains most of it; the deadband is the set search's to find.
+  const Pendulum& p = valve();
+  CurrentModel one = extended(*p.plain, p.experiment, kAsymmetryThere, p.plain->fit.point, {0.05});
+  refine(one, p.experiment, p.at, {});
+  Finding found;
+  found.effect = "valve_asymmetry", found.place = "swing", found.members = {"valve_asymmetry"};
+  found.rivals = {{"valve_offset", "swing", 0.0, {}, {0.05}, {}}};
+  SetSearchOptions options{p.at, {}, 1, {}};
+  const std::optional<SetSearchResult> with = search_sets(*p.plain, one, {found}, p.experiment, options);
+  ASSERT_TRUE(with);
+  const auto asymmetry = std::find_if(with->findings.begin(), with->findings.end(),
+                                      [](const Finding& f) { return f.effect == "valve_asymmetry"; });
+  ASSERT_NE(asymmetry, with->findings.end());
+  EXPECT_TRUE(std::any_of(asymmetry->rivals.begin(), asymmetry->rivals.end(),
+                          [](const Rival& r) { return r.effect == "valve_offset"; }));
 }
 
 TEST(SetSearch, HasNothingToAddWhereNothingIsMissing) {

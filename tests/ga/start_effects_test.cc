@@ -41,6 +41,8 @@ TEST(StartWhitening, IsTheInverseRootOfTheCovariance) {
   Eigen::VectorXd whitened = residual;
   StartWhitening(effects, weights).apply(whitened);
   EXPECT_NEAR(whitened.squaredNorm(), raw.dot(covariance.llt().solve(raw)), 1e-12);
+  StartWhitening(effects, weights).undo(whitened);
+  EXPECT_LT((whitened - residual).norm(), 1e-12 * residual.norm());
   Eigen::VectorXd untouched = residual;
   StartWhitening().apply(untouched);
   EXPECT_EQ(untouched, residual);
@@ -70,6 +72,29 @@ TEST(StartEffects, LeaveAtTheTruthWhatNoiseAloneLeaves) {
   EXPECT_LT(whitened, samples + 3.0 * error);
   // The start is estimated from the recording's own first readings: up to its two coordinates' units may be missing.
   EXPECT_GT(whitened, samples - 2.0 * kRecordings - 3.0 * error);
+}
+
+TEST(Problem, RowsInOtherWeightsAreThoseOfAProblemThatHasThem) {
+  Scenario scenario = moving(kNoise, 5);
+  for (const char* name : {"gain", "stiffness"}) scenario.identify.push_back({name, true, 0.2, 5.0, "test"});
+  const PlantModel model(scenario);
+  Experiment experiment = make_experiment(scenario);
+  const SimulatorOptions options = on("featherstone", 0.005);
+  ASSERT_TRUE(attach_start_effects(experiment, model, options, model.values())) << "whitening is more than a scale";
+  const SearchSpace space(model, scenario);
+  Problem fine(model, experiment, space, options, {kNoise}), coarse(model, experiment, space, options, {7.0 * kNoise});
+  const std::vector<double> point = space.start();
+  const std::vector<int> train = experiment.with_role(Role::train);
+  const auto rows = [&](Problem& problem) {
+    const Eigen::VectorXd at = problem.residual(point, train);
+    Eigen::MatrixXd out(at.size(), static_cast<Eigen::Index>(1 + space.size()));
+    out << at, problem.jacobian(point, at, train);
+    return out;
+  };
+  const Eigen::MatrixXd wanted = rows(coarse), given = coarse.reweighed(rows(fine), fine, train);
+  // Differences of 1e-6 over rounding of 1e-16.
+  EXPECT_LT((given - wanted).norm(), 1e-8 * wanted.norm());
+  EXPECT_GT((given - rows(fine) / 7.0).norm(), 1e-3 * wanted.norm()) << "a scale alone would have done";
 }
 
 TEST(StartEffects, AreNoneWhereNothingIsUncertain) {
