@@ -14,7 +14,7 @@ void judge_anew(const CurrentModel& plain, const CurrentModel& current, std::vec
   for (std::size_t k = 0; k < findings.size(); ++k) {
     settle(findings[k], contest(k, plain, current, findings, experiment, options, control));
     CurrentModel rest = rebuilt(plain, current, findings, experiment, k);
-    if (!refit_near(current, rest, experiment, options, control)) continue;
+    if (!refit(rest, experiment, options, control)) continue;
     const Worth worth = worth_over(current, rest, experiment, options);
     const HeldoutGain heldout = worth.heldout.value_or(HeldoutGain{});
     Finding& finding = findings[k];

@@ -177,13 +177,6 @@ Eigen::MatrixXd sensitivities_near(const CurrentModel& near, const CurrentModel&
   return out.allFinite() ? out : Eigen::MatrixXd();
 }
 
-bool refit_near(const CurrentModel& near, CurrentModel& model, const Experiment& experiment,
-                const SimulatorOptions& options, const RunControl& control) {
-  const Eigen::MatrixXd known = sensitivities_near(near, model, experiment, options);
-  return refit(model, experiment, options, control, kRefitTolerance, known.size() > 0 ? &known : nullptr,
-               kRefitIterations, true);
-}
-
 void change_weights(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
                     std::vector<double> weights) {
   const std::vector<int> train = experiment.with_role(Role::train);

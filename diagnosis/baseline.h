@@ -37,9 +37,6 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
 /// nothing can be simulated.
 Eigen::MatrixXd sensitivities_near(const CurrentModel& near, const CurrentModel& model, const Experiment& experiment,
                                    const SimulatorOptions& options);
-/// The refit that begins with those.
-bool refit_near(const CurrentModel& near, CurrentModel& model, const Experiment& experiment,
-                const SimulatorOptions& options, const RunControl& control);
 
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

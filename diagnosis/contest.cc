@@ -61,7 +61,7 @@ std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, con
   if (stands) return std::nullopt;
   const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
   CurrentModel out = rebuilt(plain, current, findings, experiment, which, &spec, rival.own);
-  if (!refit_near(current, out, experiment, options, control)) return std::nullopt;
+  if (!refit(out, experiment, options, control)) return std::nullopt;
   return out;
 }
 

@@ -105,6 +105,13 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
       continue;
     }
     if (!tried[k].objection.empty()) continue;
+    const auto listed = std::find_if(out.rivals.begin(), out.rivals.end(), [&](const Rival& rival) {
+      return rival.effect == spec.effect && rival.place == spec.place;
+    });
+    if (listed != out.rivals.end()) {  // another variant of it, behind the first
+      listed->probability += probability[k];
+      continue;
+    }
     if (out.rivals.size() < 5)
       out.rivals.push_back(
           {spec.effect, spec.place, probability[k], spec.parameters, tried[k].effect.own, spec.recordings});

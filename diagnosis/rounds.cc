@@ -211,7 +211,7 @@ bool Rounds::find_anew() {
     if (!heir) continue;
     const Finding taken = out_.findings[k];
     Without rest = handed_over(k, *heir, plain_, current, out_.findings, experiment_);
-    if (!refit_near(current, rest.model, experiment_, simulator, quiet_)) continue;
+    if (!refit(rest.model, experiment_, simulator, quiet_)) continue;
     const std::tuple before{current, out_.findings, simulator, step};
     current = std::move(rest.model), out_.findings = std::move(rest.findings);
     if (round() && evidence_over(std::get<0>(before), current, experiment_, simulator) > -kClassLoss) {

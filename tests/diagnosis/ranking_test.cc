@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/ga/plant_problems.h"
@@ -108,6 +109,19 @@ TEST_F(Ranking, ThoseWithinOddsOfTwentyAtOnePlaceAreOneClass) {
   const Finding finding = make_finding(tried, 0, 1);
   EXPECT_EQ(finding.members, (std::vector<std::string>{"coulomb_friction", "quadratic_damping"}));
   EXPECT_EQ(finding.rivals.size(), 3u);
+}
+
+TEST_F(Ranking, VariantsOfOneEffectAreOneRival) {
+  add("coulomb_friction", 100.0, 50.0, 1);
+  add("stribeck_friction", 101.0, 50.0, 2);
+  add("stribeck_friction", 103.0, 50.0, 3);
+  sort_by_evidence(tried, 0.0);
+  const std::vector<double> shares = probabilities(tried);
+  const Finding finding = make_finding(tried, 0, 1);
+  ASSERT_EQ(finding.effect, "coulomb_friction");
+  ASSERT_EQ(finding.rivals.size(), 1u);
+  EXPECT_NEAR(finding.rivals.front().probability, shares[1] + shares[2], 1e-12);
+  EXPECT_LE(std::count(finding.members.begin(), finding.members.end(), "stribeck_friction"), 1);
 }
 
 TEST_F(Ranking, ADivergedCandidateComesLast) {
