@@ -29,8 +29,7 @@ Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& curre
     rests.push_back(handed_over(k, *heir, plain, current, findings, experiment));
   Loss least;
   for (Without& rest : rests) {
-    if (!refit(rest.model, experiment, options, control))
-      continue;  // the motion cannot even be simulated
+    if (!refit(rest.model, experiment, options, control)) continue;  // the motion cannot even be simulated
     const Worth worth = worth_over(current, rest.model, experiment, options);
     const double gain = worth.gain();
     if (!(gain < least.gain)) continue;

@@ -132,30 +132,7 @@ class SetSearch {
 
   /// At every place the effect of most promise; most first.
   std::vector<Move> promising() {
-    ScreenOptions look{sets_.simulator(), [](const std::string&) { return true; }};
-    look.steps = kLookSteps, look.starts = &starts_;
-    look.skipped = [&](const EffectSpec& spec) {
-      return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
-    };
-    std::map<std::string, std::vector<Move>> at;
-    std::set<NamedPlace> seen, worth;
-    looked_at_.clear();
-    const double now = standing_.model.fit.residual.squaredNorm();
-    for (ScreenedEffect& s : screen_effects(standing_.model, experiment_, look)) {
-      const double gain = 0.5 * now * std::log(now / std::max(s.sum_of_squares, 1e-300));
-      // The rest is in units of itself and may be slow: then few independent samples are in it, and what took most of
-      // it away would seem to gain little. So a share of it is enough, too.
-      const bool worth_it = gain > kWorthPutting || s.sum_of_squares < (1.0 - kLeastShareOfRest) * now;
-      const NamedPlace here = place_of(s.spec);
-      seen.insert(here);
-      if (worth_it) worth.insert(here);
-      if (!s.spec.recordings.empty() || clashes(standing_.effects, s.spec)) continue;
-      if (gain > 0.0) looked_at_[s.spec.place].push_back({s, gain});
-      if (worth_it && refused_.count(here) == 0) at[s.spec.place].push_back({std::move(s), gain});
-    }
-    std::set_difference(seen.begin(), seen.end(), worth.begin(), worth.end(),
-                        std::inserter(hopeless_, hopeless_.end()));
-    for (auto& [place, moves] : looked_at_) sort_by_gain(moves);
+    std::map<std::string, std::vector<Move>> at = look();
     std::vector<Move> out;
     for (auto& [place, moves] : at) {
       sort_by_gain(moves);
@@ -163,6 +140,51 @@ class SetSearch {
       out.push_back(std::move(moves.front()));
     }
     sort_by_gain(out);
+    return out;
+  }
+  /// [place]: what is worth a fit. A rest may be slow: then few independent samples are in it, and what took most of it
+  /// away would seem to gain little. So a share of it is enough, too, of what one joint is left with.
+  std::map<std::string, std::vector<Move>> look() {
+    ScreenOptions how{sets_.simulator(), [](const std::string&) { return true; }};
+    how.steps = kLookSteps, look.starts = &starts_;
+    how.skipped = [&](const EffectSpec& spec) {
+      return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
+    };
+    const CurrentModel& of = standing_.model;
+    const auto blocks = Problem(of.model, experiment_, of.space, sets_.simulator(), of.weights).layout(sets_.train());
+    const double now = of.fit.residual.squaredNorm();
+    const std::vector<double> rest = energies(of.fit.residual, blocks);
+    std::map<std::string, std::vector<Move>> out;
+    std::set<NamedPlace> seen, worth;
+    looked_at_.clear();
+    for (ScreenedEffect& s : screen_effects(of, experiment_, how)) {
+      const double gain = 0.5 * now * std::log(now / std::max(s.sum_of_squares, 1e-300));
+      const bool worth_it =
+          gain > kWorthPutting || largest_share(rest, energies(s.residual, blocks)) > kLeastShareOfRest;
+      const NamedPlace here = place_of(s.spec);
+      seen.insert(here);
+      if (worth_it) worth.insert(here);
+      if (!s.spec.recordings.empty() || clashes(standing_.effects, s.spec)) continue;
+      if (gain > 0.0) looked_at_[s.spec.place].push_back({s, gain});
+      if (worth_it && refused_.count(here) == 0) out[s.spec.place].push_back({std::move(s), gain});
+    }
+    std::set_difference(seen.begin(), seen.end(), worth.begin(), worth.end(),
+                        std::inserter(hopeless_, hopeless_.end()));
+    for (auto& [place, moves] : looked_at_) sort_by_gain(moves);
+    return out;
+  }
+  /// [channel]: energy of a residual.
+  std::vector<double> energies(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) const {
+    std::vector<double> out(experiment_.channels.size(), 0.0);
+    for (const ResidualBlock& b : blocks)
+      out[static_cast<std::size_t>(b.channel)] += residual.segment(b.first, b.count).squaredNorm();
+    return out;
+  }
+  /// Of what a channel was left with, that is gone.
+  static double largest_share(const std::vector<double>& before, const std::vector<double>& after) {
+    double out = 0.0;
+    for (std::size_t c = 0; c < before.size(); ++c)
+      if (before[c] > 0.0) out = std::max(out, 1.0 - after[c] / before[c]);
     return out;
   }
   static void sort_by_gain(std::vector<Move>& moves) {

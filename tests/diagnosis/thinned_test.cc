@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "tests/ga/plant_problems.h"
@@ -47,6 +48,24 @@ TEST(Thinned, KeepsTheSameShareOfEveryRecordingAndAllThatIsTested) {
     if (s.file == "long.csv") begins.push_back(s.time(0));
   ASSERT_GT(begins.size(), 3u);
   for (std::size_t k = 1; k < begins.size(); ++k) EXPECT_NEAR(begins[k] - begins[k - 1], 40.0 / 5.0, 2.01);
+}
+
+TEST(Thinned, SeesStartsAndEndsOfShortRecordingsAsOftenAsTheirMiddles) {
+  Scenario truth = pendulum_scenario({}), scenario = pendulum_scenario({});
+  scenario.prediction = Windows{2.0};
+  constexpr int kFiles = 20;
+  for (int k = 0; k < kFiles; ++k)
+    add_recording(scenario,
+                  simulated_recording(truth, rested_drive(8.0, 1.3), {{0.0}, {0.0}, false}, "featherstone",
+                                      "run_" + std::to_string(k) + ".csv", 1e-3, 3),
+                  Role::train);
+  const Experiment all = make_experiment(scenario);
+  const Experiment some = thinned(all, all.sample_count(Role::train) / 4);
+  ASSERT_EQ(some.segments.size(), static_cast<std::size_t>(kFiles)) << "one window of each";
+  std::map<int, int> seen;  // [second at which it begins]
+  for (const Segment& s : some.segments) ++seen[static_cast<int>(std::lround(s.time(0)))];
+  EXPECT_EQ(seen.size(), all.segments.size() / kFiles);
+  for (const auto& [begin, count] : seen) EXPECT_GE(count, 3) << begin;
 }
 
 TEST(Thinned, LeavesWhatIsShortAsItIs) {
