@@ -146,7 +146,7 @@ class SetSearch {
   /// away would seem to gain little. So a share of it is enough, too, of what one joint is left with.
   std::map<std::string, std::vector<Move>> look() {
     ScreenOptions how{sets_.simulator(), [](const std::string&) { return true; }};
-    how.steps = kLookSteps, look.starts = &starts_;
+    how.steps = kLookSteps, how.starts = &starts_;
     how.skipped = [&](const EffectSpec& spec) {
       return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
     };
