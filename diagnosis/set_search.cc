@@ -481,7 +481,8 @@ class SetSearch {
     for (std::size_t r = 0; r < rivals.size(); ++r) {
       const Contestant& rival = rivals[r];
       out.rivals.push_back({rival.spec.effect, rival.spec.place, shares[r + 2], rival.spec.parameters, rival.own, {}});
-      if (whole[0] - whole[r + 2] < kNotToldApart) out.members.push_back(rival.spec.effect);
+      const bool here = rival.spec.place == out.place;
+      if (here && whole[0] - whole[r + 2] < kNotToldApart) out.members.push_back(rival.spec.effect);
     }
     std::stable_sort(out.rivals.begin(), out.rivals.end(),
                      [](const Rival& a, const Rival& b) { return a.probability > b.probability; });
