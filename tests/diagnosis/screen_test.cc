@@ -1,0 +1,72 @@
+// The first look at every effect, and those that follow it.
+#include "diagnosis/screen.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "diagnosis/baseline.h"
+#include "tests/ga/plant_problems.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+/// A pendulum whose valve has a deadband of .5 V, its plain model identified.
+struct Screened {
+  Screened() {
+    FitResult fit;
+    IdentifyOptions options;
+    options.optimizer = Optimizer::lsq;
+    options.simulator = how.simulator;
+    options.step = how.simulator.max_step;
+    plain = identify_plain(model, experiment, SearchSpace(model, scenario), options, fit);
+  }
+  std::vector<ScreenedEffect> look() const { return screen_effects(*plain, experiment, how); }
+
+  Scenario scenario =
+      pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, 1e-3,
+                       {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, available_engines().back());
+  PlantModel model{scenario};
+  Experiment experiment = make_experiment(scenario);
+  ScreenOptions how{on("featherstone", 0.005), [](const std::string&) { return true; }};
+  std::optional<CurrentModel> plain;
+};
+
+const ScreenedEffect& best_of(const std::vector<ScreenedEffect>& looked) {
+  return *std::min_element(looked.begin(), looked.end(),
+                           [](const auto& a, const auto& b) { return a.sum_of_squares < b.sum_of_squares; });
+}
+
+TEST(Screen, PutsTheEffectThatIsThereFirst) {
+  const Screened s;
+  const std::vector<ScreenedEffect> looked = s.look();
+  const ScreenedEffect& best = best_of(looked);
+  EXPECT_EQ(best.spec.effect, "valve_deadband");
+  ASSERT_EQ(best.own.size(), 1u);
+  EXPECT_NEAR(best.own.front(), 0.5, 0.05);
+  EXPECT_LT(best.sum_of_squares, 0.1 * s.plain->fit.residual.squaredNorm());
+}
+
+TEST(Screen, LooksAgainFromTheStartsThatPromisedMostAndEndsAlike) {
+  Screened s;
+  const std::vector<ScreenedEffect> alone = s.look();
+  PromisingStarts starts;
+  s.how.starts = &starts;
+  const std::vector<ScreenedEffect> first = s.look();
+  ASSERT_FALSE(starts.empty());
+  for (const auto& [of, few] : starts) EXPECT_FALSE(few.empty()) << of;
+  const PromisingStarts kept = starts;
+  const std::vector<ScreenedEffect> second = s.look();
+  EXPECT_EQ(starts, kept) << "what was remembered stays";
+  ASSERT_EQ(first.size(), alone.size());
+  for (std::size_t k = 0; k < first.size(); ++k)
+    EXPECT_EQ(first[k].sum_of_squares, alone[k].sum_of_squares) << "the first look is not changed by remembering";
+  const ScreenedEffect &one = best_of(first), &again = best_of(second);
+  EXPECT_EQ(again.spec.effect, one.spec.effect);
+  EXPECT_NEAR(again.sum_of_squares, one.sum_of_squares, 0.05 * one.sum_of_squares);
+}
+
+}  // namespace
+}  // namespace lacuna
