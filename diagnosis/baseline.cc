@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "ga/arrival.h"
@@ -130,14 +129,13 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
 }
 
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
-           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian, int iterations, bool nearby) {
+           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian, int iterations) {
   Problem problem(model.model, experiment, model.space, options, model.weights);
   LeastSquaresOptions finish;
   finish.iterations = iterations;
   finish.tolerance = tolerance;
   finish.polish = false;
   finish.jacobian = jacobian;
-  finish.nearby = nearby;
   finish.control = control;
   finish.control.progress = nullptr;
   try {
@@ -146,35 +144,6 @@ bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOpt
     return false;
   }
   return true;
-}
-
-Eigen::MatrixXd sensitivities_near(const CurrentModel& near, const CurrentModel& model, const Experiment& experiment,
-                                   const SimulatorOptions& options) {
-  const bool known = near.fit.jacobian.cols() == static_cast<Eigen::Index>(near.space.size());
-  if (!known || near.fit.jacobian.rows() == 0 || near.weights != model.weights) return {};
-  const auto name = [](const CurrentModel& of, const Axis& axis) -> const std::string& {
-    return of.model.parameters()[static_cast<std::size_t>(axis.parameter)].name;
-  };
-  std::map<std::string, Eigen::Index> there;
-  for (std::size_t a = 0; a < near.space.size(); ++a)
-    there.emplace(name(near, near.space.axes()[a]), static_cast<Eigen::Index>(a));
-  const std::vector<int> train = experiment.with_role(Role::train);
-  Problem problem(model.model, experiment, model.space, options, model.weights);
-  const Eigen::VectorXd at = problem.residual(model.fit.point, train);
-  if (!at.allFinite() || at.size() != near.fit.jacobian.rows()) return {};
-  std::vector<std::size_t> fresh;
-  Eigen::MatrixXd out(at.size(), static_cast<Eigen::Index>(model.space.size()));
-  for (std::size_t a = 0; a < model.space.size(); ++a) {
-    const auto known_at = there.find(name(model, model.space.axes()[a]));
-    if (known_at == there.end())
-      fresh.push_back(a);
-    else
-      out.col(static_cast<Eigen::Index>(a)) = near.fit.jacobian.col(known_at->second);
-  }
-  const Eigen::MatrixXd own = problem.jacobian(model.fit.point, at, train, fresh);
-  for (std::size_t k = 0; k < fresh.size(); ++k)
-    out.col(static_cast<Eigen::Index>(fresh[k])) = own.col(static_cast<Eigen::Index>(k));
-  return out.allFinite() ? out : Eigen::MatrixXd();
 }
 
 void change_weights(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,

@@ -26,17 +26,11 @@ constexpr double kRefitTolerance = 1e-3;  ///< relative change of the energy at 
 constexpr int kRefitIterations = 25;
 
 /// Least squares on the train recordings from the model's present point, with its present weights, until a step gains
-/// less than `tolerance` of the energy. `jacobian`: there, if it is known; `nearby`: or close by. False, the model as
-/// it was, where it cannot be simulated from that point.
+/// less than `tolerance` of the energy. `jacobian`: there, if it is known. False, the model as it was, where it cannot
+/// be simulated from that point.
 bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
            const RunControl& control, double tolerance = kRefitTolerance, const Eigen::MatrixXd* jacobian = nullptr,
-           int iterations = kRefitIterations, bool nearby = false);
-
-/// What a fit of `model` may begin with, on the train recordings at its point: of coordinates that `near` has as well
-/// (by the names of their parameters) its sensitivities, of the others differences. Empty where their weights differ or
-/// nothing can be simulated.
-Eigen::MatrixXd sensitivities_near(const CurrentModel& near, const CurrentModel& model, const Experiment& experiment,
-                                   const SimulatorOptions& options);
+           int iterations = kRefitIterations);
 
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,

@@ -66,15 +66,12 @@ Hypothesis Hypotheses::none(int iterations) const {
 
 bool Hypotheses::fit(CurrentModel& model, int iterations) const {
   set_priors(model.model, experiment_, model.space, model.fit.point);
-  Eigen::MatrixXd known = std::move(model.fit.jacobian);
-  for (int k = 0; k < 2; ++k) {
-    const bool usable = known.cols() == static_cast<Eigen::Index>(model.space.size()) && known.rows() > 0;
-    if (!refit(model, experiment_, simulator_, control_, kFitTolerance, usable ? &known : nullptr, iterations, k == 0))
-      return false;
-    if (settled_) return true;
-    change_weights(model, experiment_, simulator_, independent_weights(model));
-    known = model.fit.jacobian;
-  }
+  if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
+  if (settled_) return true;
+  change_weights(model, experiment_, simulator_, independent_weights(model));
+  const Eigen::MatrixXd known = model.fit.jacobian;
+  if (!refit(model, experiment_, simulator_, control_, kFitTolerance, &known, iterations)) return false;
+  change_weights(model, experiment_, simulator_, independent_weights(model));
   return true;
 }
 
@@ -116,7 +113,6 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
     add(change.in[k], change.own[k]);
     out.effects.push_back(change.in[k]);
   }
-  out.model.fit.jacobian = sensitivities_near(now, out.model, experiment_, simulator_);
   if (!fit(out.model, iterations)) return std::nullopt;
   return out;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <type_traits>
 
 #include "scenarios/error.h"
@@ -24,27 +23,20 @@ double difference_step(const Axis& axis, double x) {
   return x + step <= axis.upper ? step : -step;
 }
 
-/// A column of a Jacobian and the axis that it is of.
-struct AxisColumn {
-  std::size_t axis;
-  Eigen::Index column;
-};
-
-/// [simulation]: what one difference may move together, each in another branch of the tree.
-std::vector<std::vector<AxisColumn>> moved_together(const PlantModel& model, const SearchSpace& space,
-                                                    std::span<const std::size_t> axes, std::span<const int> branch) {
-  std::vector<std::vector<AxisColumn>> out, alone;
+/// [simulation]: the axes that one difference may move together, each in another branch of the tree.
+std::vector<std::vector<std::size_t>> moved_together(const PlantModel& model, const SearchSpace& space,
+                                                     std::span<const int> branch) {
+  std::vector<std::vector<std::size_t>> out, alone;
   std::map<int, std::size_t> next;  // [branch]: the first simulation that moves nothing in it
-  for (std::size_t c = 0; c < axes.size(); ++c) {
-    const AxisColumn one{axes[c], static_cast<Eigen::Index>(c)};
-    const int joint = model.parameters()[static_cast<std::size_t>(space.axes()[axes[c]].parameter)].joint;
+  for (std::size_t a = 0; a < space.size(); ++a) {
+    const int joint = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].joint;
     if (joint < 0 || space.dependent() >= 0) {
-      alone.push_back({one});
+      alone.push_back({a});
       continue;
     }
     std::size_t& k = next[branch[static_cast<std::size_t>(joint)]];
     if (k >= out.size()) out.resize(k + 1);
-    out[k++].push_back(one);
+    out[k++].push_back(a);
   }
   out.insert(out.end(), alone.begin(), alone.end());
   return out;
@@ -173,26 +165,18 @@ Eigen::VectorXd Problem::residual(const std::vector<double>& point, std::span<co
 
 Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen::VectorXd& at,
                                   std::span<const int> segments) {
-  std::vector<std::size_t> all(space_.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  return jacobian(point, at, segments, all);
-}
-
-Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen::VectorXd& at,
-                                  std::span<const int> segments, std::span<const std::size_t> axes) {
   const std::vector<int> branch = branches(model_);
-  const std::vector<std::vector<AxisColumn>> together = moved_together(model_, space_, axes, branch);
+  const std::vector<std::vector<std::size_t>> together = moved_together(model_, space_, branch);
   std::vector<std::vector<double>> points(together.size(), point);
   for (std::size_t k = 0; k < together.size(); ++k)
-    for (const AxisColumn& one : together[k])
-      points[k][one.axis] += difference_step(space_.axes()[one.axis], point[one.axis]);
+    for (const std::size_t a : together[k]) points[k][a] += difference_step(space_.axes()[a], point[a]);
   const std::vector<Eigen::VectorXd> moved = residuals(points, segments);
   const std::vector<ResidualBlock> blocks = layout(segments);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), static_cast<Eigen::Index>(axes.size()));
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), static_cast<Eigen::Index>(space_.size()));
   for (std::size_t k = 0; k < together.size(); ++k) {
-    for (const auto& [a, c] : together[k]) {
+    for (const std::size_t a : together[k]) {
       const int joint = model_.parameters()[static_cast<std::size_t>(space_.axes()[a].parameter)].joint;
-      auto column = J.col(c);
+      auto column = J.col(static_cast<Eigen::Index>(a));
       for (const ResidualBlock& block : blocks) {
         const auto of = static_cast<std::size_t>(experiment_.channels[static_cast<std::size_t>(block.channel)].joint);
         if (together[k].size() > 1 && branch[of] != branch[static_cast<std::size_t>(joint)]) continue;

@@ -48,9 +48,6 @@ class Problem {
   /// joints that cannot move each other (branches of the tree on a base that stands still) share a simulation: Curtis,
   /// Powell and Reid 1974.
   Eigen::MatrixXd jacobian(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments);
-  /// Its columns of some of the coordinates.
-  Eigen::MatrixXd jacobian(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments,
-                           std::span<const std::size_t> axes);
 
   /// Residual or Jacobian rows of `segments`, whitened by `before` (the same but for its weights), whitened by this
   /// one.

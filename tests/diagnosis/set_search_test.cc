@@ -98,23 +98,6 @@ TEST(Hypotheses, RowsOfAFitAreThoseOfItsSimulationsInAnyWeights) {
   }
 }
 
-TEST(Hypotheses, WhatAFitBeginsWithKnowsTheOldNumbersAndSimulatesTheNew) {
-  const Pendulum& p = valve();
-  const CurrentModel more =
-      extended(*p.plain, p.experiment, kDeadbandThere, p.plain->fit.point, {1e-3});  // hardly anything yet
-  CurrentModel weighed = more;
-  weighed.weights = p.plain->weights;
-  const Eigen::MatrixXd J = sensitivities_near(*p.plain, weighed, p.experiment, p.at);
-  ASSERT_EQ(J.cols(), p.plain->fit.jacobian.cols() + 1);
-  EXPECT_EQ(J.leftCols(J.cols() - 1), p.plain->fit.jacobian);
-  Problem problem(more.model, p.experiment, more.space, p.at, p.plain->weights);
-  const std::vector<int> train = p.experiment.with_role(Role::train);
-  const Eigen::VectorXd at = problem.residual(more.fit.point, train);
-  EXPECT_EQ(J.rightCols(1), problem.jacobian(more.fit.point, at, train).rightCols(1));
-  weighed.weights.front() *= 2.0;
-  EXPECT_EQ(sensitivities_near(*p.plain, weighed, p.experiment, p.at).size(), 0) << "rows in other weights";
-}
-
 TEST(Hypotheses, AMachineMayStandWherePhysicsEnds) {
   const Pendulum& p = complete();
   const Hypotheses all(*p.plain, p.experiment, p.at, {});

@@ -351,11 +351,6 @@ TEST(Problem, JacobianOfJointsThatCannotMoveEachOtherIsThatOfEachAlone) {
     const Eigen::VectorXd slope = (s.problem.residual(moved, s.train) - at) / (moved[a] - point[a]);
     EXPECT_LT((J.col(static_cast<Eigen::Index>(a)) - slope).norm(), 1e-9 * slope.norm()) << "axis " << a;
   }
-  const std::vector<std::size_t> some{4, 0};
-  const Eigen::MatrixXd two = s.problem.jacobian(point, at, s.train, some);
-  ASSERT_EQ(two.cols(), 2);
-  EXPECT_EQ(two.col(0), J.col(4));
-  EXPECT_EQ(two.col(1), J.col(0));
 }
 
 TEST(Identify, WhatOneJointLeavesWidensNoIntervalOfAnother) {
