@@ -8,7 +8,6 @@
 
 #include "diagnosis/coarse.h"
 #include "diagnosis/partial.h"
-#include "diagnosis/prior.h"
 #include "diagnosis/projector.h"
 
 namespace lacuna {
@@ -260,27 +259,13 @@ class EffectScreen {
     }
   }
 
-  /// A chain's only strength, which takes the effect away at its neutral value; -1: it has none, or several.
-  int only_strength(const Chain& chain) const {
-    int out = -1;
-    for (std::size_t p = 0; p < chain.axes.size(); ++p) {
-      if (!is_strength(*model_.parameters()[static_cast<std::size_t>(chain.axes[p].parameter)].info)) continue;
-      if (out >= 0) return -1;
-      out = static_cast<int>(p);
-    }
-    return out;
-  }
-
-  /// Residuals at every start, and the effect's own sensitivities there: to the strength by the secant from the present
-  /// model, which most effects follow through their whole range, to all else by differences.
+  /// Residuals at every start, and the effect's own sensitivities there.
   void begin(std::vector<Chain>& chains) {
     simulate_new(chains);
     std::vector<std::vector<double>> values;
     std::vector<Eigen::VectorXd> points;
     for (const Chain& chain : chains) {
-      const int strength = only_strength(chain);
       for (std::size_t p = 0; p < chain.axes.size(); ++p) {
-        if (static_cast<int>(p) == strength) continue;
         Eigen::VectorXd moved = chain.x;
         double& own = moved(base_ + static_cast<Eigen::Index>(p));
         const double step = kOwnDifference * std::max(std::fabs(own), kLeastStep * width(chain.axes[p]));
@@ -294,18 +279,10 @@ class EffectScreen {
     for (Chain& chain : chains) {
       chain.alive = chain.residual.allFinite();
       chain.own_columns.resize(chain.residual.size(), static_cast<Eigen::Index>(chain.axes.size()));
-      const int strength = only_strength(chain);
-      for (std::size_t p = 0; p < chain.axes.size(); ++p) {
+      for (std::size_t p = 0; p < chain.axes.size(); ++p, ++k) {
         const Eigen::Index own = base_ + static_cast<Eigen::Index>(p);
         const Eigen::Index column = static_cast<Eigen::Index>(p);
-        if (static_cast<int>(p) == strength) {
-          const Parameter& parameter = model_.parameters()[static_cast<std::size_t>(chain.axes[p].parameter)];
-          const double way = chain.x(own) - chain.axes[p].at(parameter.neutral);
-          chain.own_columns.col(column) = (chain.residual - current_.fit.residual) / way;
-        } else {
-          chain.own_columns.col(column) = (residuals[k] - chain.residual) / (points[k](own) - chain.x(own));
-          ++k;
-        }
+        chain.own_columns.col(column) = (residuals[k] - chain.residual) / (points[k](own) - chain.x(own));
         chain.alive = chain.alive && chain.own_columns.col(column).allFinite();
       }
     }
