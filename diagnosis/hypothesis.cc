@@ -69,8 +69,7 @@ bool Hypotheses::fit(CurrentModel& model, int iterations) const {
   if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
   if (settled_) return true;
   change_weights(model, experiment_, simulator_, independent_weights(model));
-  const Eigen::MatrixXd known = model.fit.jacobian;
-  if (!refit(model, experiment_, simulator_, control_, kFitTolerance, &known, iterations)) return false;
+  if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
   change_weights(model, experiment_, simulator_, independent_weights(model));
   return true;
 }
@@ -221,7 +220,7 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
     if (p.info->optional) continue;
     if (!is_large_enough(h.model, experiment_, axis, h.model.fit.point[a])) return false;
     const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
-    if (x <= axis.lower + margin || (x >= axis.upper - margin && !p.info->upper_is_real)) return false;
+    if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
     if (p.info->at_least == nullptr) continue;
     const std::string base = p.name.substr(0, p.name.size() - p.key.size());
     const int other = h.model.model.find(base + p.info->at_least);

@@ -54,7 +54,7 @@ bool at_end(const Tried& tried, const Experiment& experiment) {
     const double x = tried.model.fit.point[plain + k], margin = kAtEnd * size_of(axis, p, model, experiment);
     if (!std::isfinite(margin)) continue;
     const double neutral = to_search(axis.coordinate, p.neutral);
-    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin && !p.info->upper_is_real;
+    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin;
     const bool leads_nowhere = (low && neutral <= axis.lower + margin) || (high && neutral >= axis.upper - margin);
     const bool driven = errors.empty() || !(std::fabs(x - neutral) < kUndriven * errors[plain + k]);
     if (leads_nowhere ? k == 0 : (low || high) && driven) return true;

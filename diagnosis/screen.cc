@@ -15,16 +15,16 @@ namespace {
 
 /// Relative step of the difference that starts an effect's own sensitivity; coarse, since many effects have kinks.
 constexpr double kOwnDifference = 1e-2;
-constexpr double kLeastStep = 1e-9;           ///< of that difference, relative to the range searched
-constexpr int kSizings = 3;                   ///< rounds that bring a start's strength down
-constexpr double kStrongest = 2.0;            ///< change of the prediction over what is to be explained, both rms
-constexpr double kTwin = 0.05;                ///< starts nearer than this share of their size are one
-constexpr int kStartsKept = 2;                ///< of every effect, place and variant, after the first look
-constexpr std::size_t kStartsRemembered = 4;  ///< of them for the looks that follow
-constexpr std::size_t kChains = 40;           ///< starts that are re-identified; and the best one of every effect
-constexpr double kWorthwhile = 0.2;           ///< promised gain over the best one's, under which a start is given
-constexpr int kFewSteps = 2;                  ///< so many steps only
-constexpr double kStepDamping = 1e-6;         ///< of Gauss-Newton, relative to the normal matrix' diagonal
+constexpr double kLeastStep = 1e-9;    ///< of that difference, relative to the range searched
+constexpr int kSizings = 3;            ///< rounds that bring a start's strength down
+constexpr double kStrongest = 2.0;     ///< change of the prediction over what is to be explained, both rms
+constexpr double kTwin = 0.05;         ///< starts nearer than this share of their size are one
+constexpr int kStartsKept = 2;         ///< of every effect, place and variant, after the first look
+constexpr std::size_t kChains = 40;    ///< starts that are re-identified; and the best one of every effect
+constexpr int kSteps = 5;              ///< of Gauss and Newton, of promising starts
+constexpr double kWorthwhile = 0.2;    ///< promised gain over the best one's, under which a start is given
+constexpr int kFewSteps = 2;           ///< so many steps only
+constexpr double kStepDamping = 1e-6;  ///< of Gauss-Newton, relative to the normal matrix' diagonal
 
 /// One start of one effect at one place on its way.
 struct Chain {
@@ -46,12 +46,10 @@ struct Chain {
 class EffectScreen {
  public:
   EffectScreen(const CurrentModel& current, const Experiment& experiment, const CoarseLook& coarse,
-               const ScreenOptions& options, std::vector<EffectSpec> specs, std::vector<int> train)
+               std::vector<EffectSpec> specs, std::vector<int> train)
       : current_(current),
         experiment_(experiment),
         coarse_(coarse),
-        steps_(options.steps),
-        remembered_(options.starts),
         specs_(std::move(specs)),
         train_(std::move(train)),
         model_(current.model.with_effects(specs_)),
@@ -95,7 +93,7 @@ class EffectScreen {
   /// promising start of all does (`most_promising`), by a few steps only.
   std::vector<ScreenedEffect> run(double most_promising) {
     const double present = current_.fit.residual.squaredNorm();
-    for (int step = 0; step < steps_; ++step) {
+    for (int step = 0; step < kSteps; ++step) {
       std::vector<Chain*> walking;
       for (Chain& chain : chains_) {
         const bool worthwhile = present - chain.promise >= kWorthwhile * (present - most_promising);
@@ -129,7 +127,6 @@ class EffectScreen {
     }
     std::stable_sort(chains.begin(), chains.end(),
                      [](const Chain& a, const Chain& b) { return a.promise < b.promise; });
-    remember(chains);
     std::map<std::pair<int, bool>, int> kept;
     std::erase_if(chains, [&](const Chain& chain) {
       return !chain.alive || ++kept[{chain.component, chain.refined}] > kStartsKept;
@@ -156,8 +153,7 @@ class EffectScreen {
     const Component& c = model_.effects()[static_cast<std::size_t>(component)];
     const std::size_t place = static_cast<std::size_t>(component - first_component());
     const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
-    const std::vector<std::vector<double>>* known = remembered(place, refined);
-    for (const auto& start : known != nullptr ? *known : starting_points(model_, experiment_, axes)) {
+    for (const auto& start : starting_points(model_, experiment_, axes)) {
       Chain chain;
       chain.component = component;
       chain.refined = refined;
@@ -169,28 +165,6 @@ class EffectScreen {
       }
       out.push_back(std::move(chain));
     }
-  }
-
-  std::string key(std::size_t place, bool refined) const {
-    const EffectSpec& spec = specs_[place];
-    std::string out = spec.effect + '\n' + spec.place + (refined ? "\n+" : "\n");
-    for (const std::string& recording : spec.recordings) out += '\n' + recording;
-    return out;
-  }
-  const std::vector<std::vector<double>>* remembered(std::size_t place, bool refined) const {
-    if (remembered_ == nullptr) return nullptr;
-    const auto at = remembered_->find(key(place, refined));
-    return at == remembered_->end() ? nullptr : &at->second;
-  }
-  /// Of chains in the order of their promises, the first ones of each place that has none yet.
-  void remember(const std::vector<Chain>& chains) {
-    if (remembered_ == nullptr) return;
-    std::map<std::string, std::vector<std::vector<double>>> fresh;
-    for (const Chain& chain : chains) {
-      const std::string of = key(static_cast<std::size_t>(chain.component - first_component()), chain.refined);
-      if (chain.alive && fresh[of].size() < kStartsRemembered) fresh[of].push_back(chain.first_own);
-    }
-    remembered_->merge(fresh);
   }
 
   std::vector<double> values_at(const Chain& chain, const Eigen::VectorXd& x) const {
@@ -391,8 +365,6 @@ class EffectScreen {
   const CurrentModel& current_;
   const Experiment& experiment_;
   const CoarseLook& coarse_;
-  int steps_;
-  PromisingStarts* remembered_;
   std::vector<EffectSpec> specs_;
   std::vector<int> train_;
   PlantModel model_;
@@ -420,7 +392,8 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
   std::vector<std::unique_ptr<EffectScreen>> screens;
   const CoarseLook coarse = coarse_look(current, experiment, options.simulator);
   auto look = [&](std::vector<EffectSpec> specs) {
-    screens.push_back(std::make_unique<EffectScreen>(current, experiment, coarse, options, std::move(specs), train));
+    screens.push_back(
+        std::make_unique<EffectScreen>(current, experiment, coarse, std::move(specs), train));
     screens.back()->look(projector);
   };
   const auto& table = effect_table();

@@ -7,7 +7,6 @@
 // All that is simulated here only ranks, and is simulated at a coarser step where that is good enough (coarse.h).
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -27,17 +26,11 @@ struct ScreenedEffect {
   std::vector<double> first_own;  ///< own coordinates of that start
 };
 
-/// Of each effect, place, recordings and variant, the starts that promised most when it was first looked at: where the
-/// looks that follow begin.
-using PromisingStarts = std::map<std::string, std::vector<std::vector<double>>>;
-
 struct ScreenOptions {
   SimulatorOptions simulator;                           ///< engine, threads, step
   std::function<bool(const std::string& place)> where;  ///< whether effects are tried there: a joint, "arm"
   std::function<void(double done)> progress = {};
   std::function<bool(const EffectSpec&)> skipped = {};  ///< what is left out besides
-  int steps = 5;                                        ///< of Gauss and Newton, of promising starts
-  PromisingStarts* starts = nullptr;                    ///< filled at the first look, used at all that follow
 };
 
 /// Every effect of the catalogue at every place where it can act and does not stand yet; the best of its starts.

@@ -22,7 +22,6 @@ namespace {
 constexpr int kMostSetRounds = 12;
 constexpr double kWorthPutting = 10.0;    ///< log evidence that a change must bring
 constexpr int kSetIterations = 15;        ///< of a set on its way
-constexpr int kLookSteps = 3;             ///< of a look that only says what to put in
 constexpr std::size_t kMostTogether = 4;  ///< members of a compound
 constexpr double kIdleWindow = 8.0;       ///< log evidence under which an undetermined member is idle
 constexpr double kNotToldApart = 3.0;     ///< within which rivals are one class: 20 to 1
@@ -146,7 +145,6 @@ class SetSearch {
   /// away would seem to gain little. So a share of it is enough, too, of what one joint is left with.
   std::map<std::string, std::vector<Move>> look() {
     ScreenOptions how{sets_.simulator(), [](const std::string&) { return true; }};
-    how.steps = kLookSteps, how.starts = &starts_;
     how.skipped = [&](const EffectSpec& spec) {
       return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
     };
@@ -493,7 +491,6 @@ class SetSearch {
   Hypotheses sets_;
   Hypothesis standing_;
   std::map<std::string, std::vector<Move>> looked_at_;  ///< [place]: what the last look gave anything for
-  PromisingStarts starts_;
   std::set<std::set<NamedPlace>> tried_together_;
   std::set<NamedPlace> refused_;   ///< put in without success
   std::set<NamedPlace> hopeless_;  ///< promised too little at the last look

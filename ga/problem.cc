@@ -42,6 +42,23 @@ std::vector<std::vector<std::size_t>> moved_together(const PlantModel& model, co
   return out;
 }
 
+/// Where the rows of one segment stand in a stacked residual, and the blocks that they are made of.
+struct SegmentRows {
+  std::size_t segment;
+  std::span<const ResidualBlock> blocks;
+  Eigen::Index first, count;
+};
+std::vector<SegmentRows> rows_of_segments(std::span<const ResidualBlock> blocks) {
+  std::vector<SegmentRows> out;
+  for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
+    Eigen::Index count = 0;
+    for (; last < blocks.size() && blocks[last].segment == blocks[first].segment; ++last) count += blocks[last].count;
+    out.push_back({static_cast<std::size_t>(blocks[first].segment), blocks.subspan(first, last - first),
+                   blocks[first].first, count});
+  }
+  return out;
+}
+
 }  // namespace
 
 bool is_leading(const Experiment& experiment, std::size_t c) {
@@ -111,12 +128,8 @@ std::vector<Eigen::VectorXd> Problem::residuals_of(std::span<const std::vector<d
   std::vector<Eigen::VectorXd> out = plain_residuals_of(values, segments);
   if (starts_.empty()) return out;
   const std::vector<ResidualBlock> blocks = layout(segments);
-  for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
-    Eigen::Index count = 0;
-    for (; last < blocks.size() && blocks[last].segment == blocks[first].segment; ++last) count += blocks[last].count;
-    const StartWhitening& starts = starts_[static_cast<std::size_t>(blocks[first].segment)];
-    for (Eigen::VectorXd& r : out) starts.apply(r.segment(blocks[first].first, count));
-  }
+  for (const SegmentRows& rows : rows_of_segments(blocks))
+    for (Eigen::VectorXd& r : out) starts_[rows.segment].apply(r.segment(rows.first, rows.count));
   return out;
 }
 
@@ -190,18 +203,15 @@ Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen:
 
 Eigen::MatrixXd Problem::reweighed(Eigen::MatrixXd rows, const Problem& before, std::span<const int> segments) const {
   const std::vector<ResidualBlock> blocks = layout(segments);
-  for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
-    Eigen::Index count = 0;
-    for (; last < blocks.size() && blocks[last].segment == blocks[first].segment; ++last) count += blocks[last].count;
-    const std::size_t s = static_cast<std::size_t>(blocks[first].segment);
+  for (const SegmentRows& segment : rows_of_segments(blocks)) {
     for (Eigen::Index column = 0; column < rows.cols(); ++column) {
-      auto part = rows.col(column).segment(blocks[first].first, count);
-      if (!before.starts_.empty()) before.starts_[s].undo(part);
-      for (std::size_t b = first; b < last; ++b) {
-        const std::size_t c = static_cast<std::size_t>(blocks[b].channel);
-        part.segment(blocks[b].first - blocks[first].first, blocks[b].count) *= before.weights_[c] / weights_[c];
+      auto part = rows.col(column).segment(segment.first, segment.count);
+      if (!before.starts_.empty()) before.starts_[segment.segment].undo(part);
+      for (const ResidualBlock& b : segment.blocks) {
+        const std::size_t c = static_cast<std::size_t>(b.channel);
+        part.segment(b.first - segment.first, b.count) *= before.weights_[c] / weights_[c];
       }
-      if (!starts_.empty()) starts_[s].apply(part);
+      if (!starts_.empty()) starts_[segment.segment].apply(part);
     }
   }
   return rows;

@@ -89,9 +89,6 @@ struct ParameterInfo {
   /// Units of `scale`: nearer to neutral than this it is no such thing (a stop that its drive pushes through is a
   /// spring).
   double least = 0.0;
-  /// `upper` is where physics ends (all is lost that there is to lose), not a wall of the search: a machine may be
-  /// there.
-  bool upper_is_real = false;
 };
 
 /// What an arm's base stands on.

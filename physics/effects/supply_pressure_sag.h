@@ -18,7 +18,6 @@ struct SupplyPressureSag {
                        Coordinate::inverse};
     flow.per_joint = true;
     ParameterInfo depth{"depth", "1", 0.0, -1.0, 1.0, "share of the gain lost at large flow", Scale::ratio, {0.2}};
-    depth.upper_is_real = true;  // a pump that gives all it can: the joints share what there is
     EffectInfo info{"supply_pressure_sag",
                     "Supply pressure sag",
                     Where::arm,

@@ -49,24 +49,5 @@ TEST(Screen, PutsTheEffectThatIsThereFirst) {
   EXPECT_LT(best.sum_of_squares, 0.1 * s.plain->fit.residual.squaredNorm());
 }
 
-TEST(Screen, LooksAgainFromTheStartsThatPromisedMostAndEndsAlike) {
-  Screened s;
-  const std::vector<ScreenedEffect> alone = s.look();
-  PromisingStarts starts;
-  s.how.starts = &starts;
-  const std::vector<ScreenedEffect> first = s.look();
-  ASSERT_FALSE(starts.empty());
-  for (const auto& [of, few] : starts) EXPECT_FALSE(few.empty()) << of;
-  const PromisingStarts kept = starts;
-  const std::vector<ScreenedEffect> second = s.look();
-  EXPECT_EQ(starts, kept) << "what was remembered stays";
-  ASSERT_EQ(first.size(), alone.size());
-  for (std::size_t k = 0; k < first.size(); ++k)
-    EXPECT_EQ(first[k].sum_of_squares, alone[k].sum_of_squares) << "the first look is not changed by remembering";
-  const ScreenedEffect &one = best_of(first), &again = best_of(second);
-  EXPECT_EQ(again.spec.effect, one.spec.effect);
-  EXPECT_NEAR(again.sum_of_squares, one.sum_of_squares, 0.05 * one.sum_of_squares);
-}
-
 }  // namespace
 }  // namespace lacuna

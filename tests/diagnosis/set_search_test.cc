@@ -98,18 +98,6 @@ TEST(Hypotheses, RowsOfAFitAreThoseOfItsSimulationsInAnyWeights) {
   }
 }
 
-TEST(Hypotheses, AMachineMayStandWherePhysicsEnds) {
-  const Pendulum& p = complete();
-  const Hypotheses all(*p.plain, p.experiment, p.at, {});
-  const EffectSpec spec{"supply_pressure_sag", "arm", {{"n", 3.0}}, {}, "test"};
-  for (const double depth : {-1.0, 0.5, 1.0}) {
-    Hypothesis sag{{spec}, extended(*p.plain, p.experiment, spec, p.plain->fit.point, {depth, 0.0})};
-    const Axis& flow = sag.model.space.axes().back();
-    sag.model.fit.point.back() = 0.5 * (flow.lower + flow.upper);
-    EXPECT_EQ(all.ends_within(sag, spec), depth > 0.0) << "a pump may give all it has, and none gives more: " << depth;
-  }
-}
-
 TEST(Hypotheses, OddsTurnRoundWithTheirOrder) {
   Sets sets(valve());
   const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
