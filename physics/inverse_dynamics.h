@@ -75,6 +75,18 @@ class InverseDynamicsRun {
     filtered(channels, cutoff_hz, whole, given, out);
   }
 
+  /// [joint][sample]: what drives a joint beyond what the motion needs, N m (N).
+  void excess(std::vector<std::vector<T>>& out) {
+    out.assign(n_, std::vector<T>(motion_.samples()));
+    for (std::size_t k = 0; k < motion_.samples(); ++k) {
+      arrive(k);
+      for (std::size_t j = 0; j < n_; ++j) {
+        const int joint = static_cast<int>(j);
+        out[j][k] = driven_effort(joint) - needed_effort(joint, false);
+      }
+    }
+  }
+
  private:
   /// States are carried in steps no longer than this.
   static constexpr double kStateStep = 1e-3;  // s

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/experiment.h"
+#include "physics/linear_motion.h"
 #include "physics/plant_model.h"
 
 namespace lacuna {
@@ -24,6 +25,12 @@ class Predictor {
   virtual int lanes() const = 0;
   virtual void predict(std::span<const LaneTask> tasks, double max_step,
                        std::vector<std::vector<std::vector<double>>>& out) = 0;
+  /// The plant linearised along a motion of its own.
+  virtual LinearMotion linearise(const LaneTask& task, double max_step, const std::vector<double>& effort_sizes) = 0;
+  /// [task][joint][interval]: what drives each joint beyond what a motion needs, N m (N): efforts in the middle of the
+  /// intervals of `motion`, all tasks on its segment.
+  virtual void excess(std::span<const LaneTask> tasks, const LinearMotion& motion,
+                      std::vector<std::vector<std::vector<double>>>& out) = 0;
 };
 
 using PredictorMaker = std::unique_ptr<Predictor> (*)(const PlantModel&, const Experiment&);

@@ -17,12 +17,7 @@ class LanePredictor final : public Predictor {
 
   void predict(std::span<const LaneTask> tasks, double max_step,
                std::vector<std::vector<std::vector<double>>>& out) override {
-    LaneSegments<T> segments;
-    for (int k = 0; k < kLanes<T>; ++k) {  // idle lanes repeat the last task
-      const LaneTask& task = tasks[std::min(static_cast<std::size_t>(k), tasks.size() - 1)];
-      segments[static_cast<std::size_t>(k)] = task.segment;
-      plant_.bind(k, model_.values_in(task.segment->file, *task.values));
-    }
+    const LaneSegments<T> segments = bind(tasks);
     if (std::holds_alternative<InverseDynamics>(experiment_.prediction)) {
       const double cutoff = std::get<InverseDynamics>(experiment_.prediction).cutoff_hz;
       InverseDynamicsRun<T, Dyn>(plant_, *segments.front()).run(experiment_.channels, cutoff, efforts_);
@@ -36,7 +31,31 @@ class LanePredictor final : public Predictor {
          [&](std::size_t c, std::size_t s) -> const T& { return flat_[s * channels + c]; });
   }
 
+  LinearMotion linearise(const LaneTask& task, double max_step, const std::vector<double>& effort_sizes) override {
+    bind(std::span(&task, 1));
+    return rollout_.linearise(*task.segment, max_step, effort_sizes);
+  }
+
+  void excess(std::span<const LaneTask> tasks, const LinearMotion& motion,
+              std::vector<std::vector<std::vector<double>>>& out) override {
+    bind(tasks);
+    Segment along = *tasks.front().segment;
+    along.motion = motion.between;
+    InverseDynamicsRun<T, Dyn>(plant_, along).excess(efforts_);
+    take(tasks.size(), efforts_.size(), motion.intervals(), out,
+         [&](std::size_t j, std::size_t k) -> const T& { return efforts_[j][k]; });
+  }
+
  private:
+  LaneSegments<T> bind(std::span<const LaneTask> tasks) {
+    LaneSegments<T> segments;
+    for (int k = 0; k < kLanes<T>; ++k) {  // idle lanes repeat the last task
+      const LaneTask& task = tasks[std::min(static_cast<std::size_t>(k), tasks.size() - 1)];
+      segments[static_cast<std::size_t>(k)] = task.segment;
+      plant_.bind(k, model_.values_in(task.segment->file, *task.values));
+    }
+    return segments;
+  }
   template <class At>
   void take(std::size_t tasks, std::size_t channels, std::size_t samples,
             std::vector<std::vector<std::vector<double>>>& out, const At& at) const {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "physics/experiment.h"
+#include "physics/linear_motion.h"
 #include "physics/plant.h"
 
 namespace lacuna {
@@ -29,6 +30,10 @@ class Rollout {
   /// Fills out[sample * channels.size() + channel]. A lane that diverges holds NaN or infinity from there on.
   void run(const LaneSegments<T>& segments, const std::vector<Channel>& channels, double max_step, std::vector<T>& out);
 
+  /// The plant linearised along the motion on `segment`, every lane bound to the same parameters. Memories and joints
+  /// that friction holds stay as they are in it. `effort_sizes`: [joint], N m (N), what counts as an effort there.
+  LinearMotion linearise(const Segment& segment, double max_step, const std::vector<double>& effort_sizes);
+
  private:
   static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
   static constexpr double kShortest = 1e-6;  ///< shortest step, as a share of the nominal one: no event stops the clock
@@ -37,9 +42,19 @@ class Rollout {
   /// resolve more, so that halving them shows what this leaves out.
   static constexpr double kResolvedSteps = 0.7;
 
+  /// Of a difference that linearises, relative to the range of what is moved: events must not change sides.
+  static constexpr double kDifference = 1e-5;
+
   using State = std::vector<T>;  ///< q, v, z one after the other
+  /// What a motion goes on from at a sample.
+  struct Waypoint {
+    State x;
+    std::vector<T> memory, direction;
+  };
 
   const Segment& clock() const { return *segments_.front(); }
+  std::vector<Waypoint> waypoints(double max_step);
+  std::shared_ptr<const MeasuredMotion> between(const std::vector<Waypoint>& way) const;
   template <class Value>
   T of_each(const Value& value) const;
   void start(double max_step);
@@ -72,6 +87,7 @@ class Rollout {
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
   std::vector<T> memory_;  ///< of the plant, at the start of the step
   std::vector<T> u_, tau_, free_, direction_;
+  std::vector<T> push_;  ///< N m or N, on the joints besides
   std::vector<T> hold_up_, hold_down_;  ///< break-away efforts under pulls up and down, N m or N
   std::vector<T> imbalance_, imbalance_at_start_, imbalance_at_middle_;  ///< effort on held joints, N m or N
   std::vector<bool> dry_;                                                ///< joints with any dry friction component

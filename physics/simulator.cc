@@ -62,7 +62,38 @@ class PopulationSimulator final : public Simulator {
     run_on(*shared_, individuals, segments, visit, result);
   }
 
+  std::vector<LinearMotion> linearise(const std::vector<double>& values, std::span<const int> segments,
+                                      const std::vector<double>& effort_sizes) override {
+    std::vector<LinearMotion> out(segments.size());
+    on_pieces(static_cast<int>(segments.size()), [&](int worker, int k) {
+      const std::size_t at = static_cast<std::size_t>(k);
+      const LaneTask task{&values, &experiment_.segments[static_cast<std::size_t>(segments[at])]};
+      out[at] = workers_[static_cast<std::size_t>(worker)]->linearise(task, max_step_, effort_sizes);
+    });
+    return out;
+  }
+
+  void excess(std::span<const std::vector<double>> individuals, std::span<const int> segments,
+              std::span<const LinearMotion> motions, const PredictionVisitor& visit) override {
+    const std::size_t width = static_cast<std::size_t>(lanes());
+    const std::size_t packs = (individuals.size() + width - 1) / width;
+    on_pieces(static_cast<int>(packs * segments.size()), [&](int worker, int piece) {
+      const std::size_t at = static_cast<std::size_t>(piece) / packs, first = static_cast<std::size_t>(piece) % packs * width;
+      std::vector<LaneTask> tasks;
+      for (std::size_t i = first; i < std::min(first + width, individuals.size()); ++i)
+        tasks.push_back({&individuals[i], &experiment_.segments[static_cast<std::size_t>(segments[at])]});
+      std::vector<std::vector<std::vector<double>>> efforts;
+      workers_[static_cast<std::size_t>(worker)]->excess(tasks, motions[at], efforts);
+      for (std::size_t i = 0; i < tasks.size(); ++i) visit(static_cast<int>(first + i), segments[at], efforts[i]);
+    });
+  }
+
  private:
+  /// In this process alone, whoever shares the simulations.
+  void on_pieces(int pieces, const PieceWork& work) {
+    alone_->run(pieces, work, [](int) { return std::vector<std::span<std::byte>>{}; }, 0);
+  }
+
   struct Pair {
     int individual, segment;
   };

@@ -13,6 +13,7 @@
 
 #include "physics/executor.h"
 #include "physics/experiment.h"
+#include "physics/linear_motion.h"
 #include "physics/plant_model.h"
 
 namespace lacuna {
@@ -47,6 +48,13 @@ class Simulator {
   /// else; on return all results stand there on every rank.
   virtual void run(std::span<const std::vector<double>> individuals, std::span<const int> segments,
                    const PredictionVisitor& visit, const PairResult& result) = 0;
+  /// The plant of one parameter vector linearised along its motion on each of `segments`.
+  virtual std::vector<LinearMotion> linearise(const std::vector<double>& values, std::span<const int> segments,
+                                              const std::vector<double>& effort_sizes) = 0;
+  /// Calls `visit` once for every pair, from worker threads, with [joint][interval]: what drives each joint beyond what
+  /// the motion of that segment (`motions`, one each) needs, N m (N).
+  virtual void excess(std::span<const std::vector<double>> individuals, std::span<const int> segments,
+                      std::span<const LinearMotion> motions, const PredictionVisitor& visit) = 0;
   /// How many parameter vectors share one pass: batches that are multiples of this waste nothing.
   virtual int lanes() const = 0;
 };
