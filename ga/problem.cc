@@ -201,6 +201,24 @@ Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen:
   return J;
 }
 
+Eigen::VectorXd Problem::residual_change(
+    std::span<const int> segments, const std::function<Eigen::VectorXd(std::size_t, std::size_t)>& change) const {
+  const std::vector<ResidualBlock> blocks = layout(segments);
+  Eigen::VectorXd out(blocks.empty() ? 0 : blocks.back().first + blocks.back().count);
+  for (const ResidualBlock& block : blocks) {
+    const std::size_t s = static_cast<std::size_t>(block.segment), c = static_cast<std::size_t>(block.channel);
+    const std::vector<double>& measured = experiment_.segments[s].measured[c];
+    const Eigen::VectorXd changed = change(s, c);
+    Eigen::Index row = block.first;
+    for (std::size_t k = 0; k < measured.size(); ++k)
+      if (std::isfinite(measured[k])) out(row++) = changed(static_cast<Eigen::Index>(k)) / weights_[c];
+  }
+  if (starts_.empty()) return out;
+  for (const SegmentRows& rows : rows_of_segments(blocks))
+    starts_[rows.segment].apply(out.segment(rows.first, rows.count));
+  return out;
+}
+
 Eigen::MatrixXd Problem::reweighed(Eigen::MatrixXd rows, const Problem& before, std::span<const int> segments) const {
   const std::vector<ResidualBlock> blocks = layout(segments);
   for (const SegmentRows& segment : rows_of_segments(blocks)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -48,6 +49,10 @@ class Problem {
   /// joints that cannot move each other (branches of the tree on a base that stands still) share a simulation: Curtis,
   /// Powell and Reid 1974.
   Eigen::MatrixXd jacobian(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments);
+
+  /// What changes of the predictions make of the residual, `change(segment, channel)`: at every sample, channel units.
+  Eigen::VectorXd residual_change(std::span<const int> segments,
+                                  const std::function<Eigen::VectorXd(std::size_t, std::size_t)>& change) const;
 
   /// Residual or Jacobian rows of `segments`, whitened by `before` (the same but for its weights), whitened by this
   /// one.

@@ -1,0 +1,37 @@
+// What effects would do to the residual, to first order and without simulating them: from the efforts that they add
+// along the present motion, through the plant linearised about it (physics/linear_motion.h).
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "diagnosis/candidates.h"
+
+namespace lacuna {
+
+class LinearLook {
+ public:
+  /// About the present fit, on the train segments, at the simulator's step. All of these must outlive it.
+  LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator);
+
+  /// Whether an effect of the catalogue does its work as an effort along the motion: not one that reads the motion, is
+  /// late, or lies between the actuator's side and the link. Of none where the present model has such a side, where the
+  /// motion is measured and not simulated, or where it cannot be linearised.
+  bool applies(const EffectInfo& effect) const;
+
+  /// Changes of the whitened train residual, one for each full parameter vector of `model`, which is the present one
+  /// with further effects.
+  std::vector<Eigen::VectorXd> changes(const PlantModel& model, std::span<const std::vector<double>> values) const;
+
+ private:
+  const CurrentModel& current_;
+  const Experiment& experiment_;
+  SimulatorOptions simulator_;
+  std::vector<int> train_;
+  std::optional<Problem> problem_;      ///< none: nothing is linearised
+  std::vector<LinearMotion> motions_;   ///< of the train segments
+  std::vector<Eigen::MatrixXd> needs_;  ///< [joint][interval], what drives the present model beyond what it needs
+};
+
+}  // namespace lacuna
