@@ -59,6 +59,7 @@ bool is_hydraulic(const CurrentModel& current, int j) {
 
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
   std::vector<EffectSpec> out;
+  if (info.learned) return out;
   const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
   if (info.where == Where::arm) {
     bool any = false;
@@ -146,6 +147,7 @@ CurrentModel extended(const CurrentModel& current, const Experiment& experiment,
                       const std::vector<double>& point, const std::vector<double>& own) {
   CurrentModel out{current.model.with_effects({spec}), current.space, current.weights, {}};
   const std::vector<Axis> axes = effect_axes(out.model, experiment, out.model.effects().back(), spec);
+  out.space.hold(out.model);
   for (const Axis& axis : axes) out.space.add(out.model, axis);
   out.fit.point = point;
   for (std::size_t k = 0; k < own.size(); ++k)

@@ -9,8 +9,10 @@
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/effort_search.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/learned.h"
 #include "diagnosis/missing_physics.h"
 #include "diagnosis/separate.h"
+#include "diagnosis/set_search.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
 #include "scenarios/error.h"
@@ -277,17 +279,24 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     current = std::move(found.model);
     simulator = found.simulator, step = found.step;
   }
+  const CurrentModel named = current;
+  if (out.before.arrived && leaves_a_rest(current, experiment, simulator)) {
+    report("laws without a name", 0.9);
+    LearnedLaws learned = learn_laws(current, experiment, simulator, control);
+    out.learned = std::move(learned.laws);
+    if (!out.learned.empty()) current = std::move(learned.model);
+  }
   out.added = added_effects(before.model, current);
 
   report("motions that separate what is alike", 0.91);
-  separate(out.findings, before, current, experiment, simulator, control, out.seed);
+  separate(out.findings, before, named, experiment, simulator, control, out.seed);
 
   report("verifying", 0.92);
   out.after = out.before;
   if (!out.added.empty()) record_fit(current, experiment, simulator, out.after);
   out.after.step = step;
   attach_parameters(out);
-  judge_rest(out, before, current, experiment, simulator);
+  judge_rest(out, before, named, experiment, simulator);
   note_test_rest(out, current, experiment, simulator);
   const std::vector<double> noise = noise_levels(experiment);
   const std::vector<Channel>& channels = experiment.channels;

@@ -69,12 +69,31 @@ std::vector<Eigen::VectorXd> LinearLook::changes(const PlantModel& model,
         responses[static_cast<std::size_t>(individual)][s] = motions_[at[s]].response(matrix_of(efforts) - needs_[s]);
       });
   std::vector<Eigen::VectorXd> out;
+  for (const std::vector<Eigen::MatrixXd>& response : responses) out.push_back(residual_of(response));
+  return out;
+}
+
+Eigen::VectorXd LinearLook::residual_of(const std::vector<Eigen::MatrixXd>& responses) const {
   const Eigen::Index dof = current_.model.dof();
-  for (const std::vector<Eigen::MatrixXd>& response : responses) {
-    out.push_back(problem_->residual_change(train_, [&](std::size_t segment, std::size_t c) -> Eigen::VectorXd {
-      const Channel& channel = experiment_.channels[c];
-      return response[segment].row(channel.joint + (channel.kind == ChannelKind::velocity ? dof : 0));
-    }));
+  return problem_->residual_change(train_, [&](std::size_t segment, std::size_t c) -> Eigen::VectorXd {
+    const Channel& channel = experiment_.channels[c];
+    return responses[segment].row(channel.joint + (channel.kind == ChannelKind::velocity ? dof : 0));
+  });
+}
+
+Eigen::MatrixXd LinearLook::changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const {
+  const Eigen::Index columns = efforts.front().rows();
+  Eigen::MatrixXd out;
+  std::vector<Eigen::MatrixXd> responses(experiment_.segments.size());
+  for (Eigen::Index column = 0; column < columns; ++column) {
+    for (std::size_t k = 0; k < train_.size(); ++k) {
+      Eigen::MatrixXd effort = Eigen::MatrixXd::Zero(current_.model.dof(), efforts[k].cols());
+      effort.row(joint) = efforts[k].row(column);
+      responses[static_cast<std::size_t>(train_[k])] = motions_[k].response(effort);
+    }
+    const Eigen::VectorXd change = residual_of(responses);
+    if (column == 0) out.resize(change.size(), columns);
+    out.col(column) = change;
   }
   return out;
 }

@@ -20,11 +20,23 @@ class LinearLook {
   /// motion is measured and not simulated, or where it cannot be linearised.
   bool applies(const EffectInfo& effect) const;
 
+  /// Whether anything is.
+  bool is_linearised() const { return problem_.has_value(); }
+
   /// Changes of the whitened train residual, one for each full parameter vector of `model`, which is the present one
   /// with further effects.
   std::vector<Eigen::VectorXd> changes(const PlantModel& model, std::span<const std::vector<double>> values) const;
 
+  /// The present motions in the middle of their intervals, of every train segment.
+  const std::vector<LinearMotion>& motions() const { return motions_; }
+  /// Changes of the whitened train residual, one a column, under efforts at one joint: [motion], rows the columns' own
+  /// efforts at every interval, N m (N).
+  Eigen::MatrixXd changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const;
+
  private:
+  /// [segment]: changes of positions and speeds; of the residual.
+  Eigen::VectorXd residual_of(const std::vector<Eigen::MatrixXd>& responses) const;
+
   const CurrentModel& current_;
   const Experiment& experiment_;
   SimulatorOptions simulator_;

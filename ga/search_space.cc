@@ -159,12 +159,14 @@ void SearchSpace::add(const PlantModel& model, const Axis& axis) {
   cut.upper = std::min(cut.upper, std::max(a, b));
   cut.start = std::clamp(cut.start, cut.lower, cut.upper);
   axes_.push_back(cut);
-  base_ = [&] {
-    std::vector<double> values = model.values();
-    std::copy(base_.begin(), base_.end(), values.begin());
-    return values;
-  }();
+  hold(model);
   note_orders(model);
+}
+
+void SearchSpace::hold(const PlantModel& model) {
+  std::vector<double> values = model.values();
+  std::copy(base_.begin(), base_.end(), values.begin());
+  base_ = std::move(values);
 }
 
 void SearchSpace::replace(std::vector<Axis> axes) {

@@ -61,6 +61,8 @@ class SearchSpace {
 
   /// One more axis at the end (an effect's parameter). Bounds are cut to the parameter's physical range.
   void add(const PlantModel& model, const Axis& axis);
+  /// Parameters that `model` has beyond those known so far stay at its values.
+  void hold(const PlantModel& model);
 
   /// The same axes with other bounds, starts or priors; std::invalid_argument for others.
   void replace(std::vector<Axis> axes);

@@ -84,6 +84,8 @@ struct ParameterInfo {
   bool optional = false;  ///< a refinement of the effect's shape: tried free, and fixed at its neutral value
   /// Of an effect on the whole arm: one for every joint ("flow_joint_1"), after all others in `p`.
   bool per_joint = false;
+  /// Of a learned effect: one for each of its `knots` ("value_1"), after all others in `p`.
+  bool per_knot = false;
   /// The parameter of the same component below which this one must not lie; null: none. Loading refuses what does.
   const char* at_least = nullptr;
   /// Units of `scale`: nearer to neutral than this it is no such thing (a stop that its drive pushes through is a
@@ -146,6 +148,7 @@ struct Hooks {
 };
 
 inline constexpr int kMostMemories = 2;  ///< of one component
+inline constexpr int kMostKnots = 128;   ///< of a learned effect
 
 /// Fills the hooks that component C defines.
 template <class C, class T>

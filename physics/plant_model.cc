@@ -96,10 +96,14 @@ std::shared_ptr<const Robot> on_two_hinges(const Robot& robot) {
 
 }  // namespace
 
-std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint) {
+std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint, int knots) {
   std::vector<EffectParameter> out;
   for (const ParameterInfo& p : info.parameters) {
-    if (!p.per_joint) out.push_back({p.name, &p, joint});
+    if (!p.per_joint && !p.per_knot) out.push_back({p.name, &p, joint});
+  }
+  for (const ParameterInfo& p : info.parameters) {
+    if (!p.per_knot) continue;
+    for (int k = 1; k <= knots; ++k) out.push_back({fmt::format("{}_{}", p.name, k), &p, joint});
   }
   for (const ParameterInfo& p : info.parameters) {
     if (!p.per_joint) continue;
@@ -185,8 +189,10 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
   }
   const int others = count_apart(spec);
+  const auto knots = spec.parameters.find("knots");
+  const double most = knots == spec.parameters.end() ? 0.0 : std::clamp(knots->second, 0.0, 1.0 * kMostKnots);
   const std::vector<EffectParameter> parameters =
-      effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint);
+      effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint, static_cast<int>(most));
   check_keys(spec.parameters, parameters, spec.where, spec.effect);
   effects_.push_back({type, info.where == Where::arm ? -1 : *joint, static_cast<int>(parameters_.size()),
                       static_cast<int>(parameters.size()), spec.recordings});

@@ -33,7 +33,7 @@ struct EffectParameter {
   const ParameterInfo* info;
   int joint;
 };
-std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint);
+std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Robot& robot, int joint, int knots = 0);
 
 /// An actuator or an effect at its place.
 struct Component {

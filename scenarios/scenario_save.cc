@@ -146,11 +146,27 @@ std::string recordings_text(const Scenario& scenario, const std::map<std::string
   return out.empty() ? out : "recordings:\n" + out;
 }
 
+/// A learned law as a scenario gives it.
+std::string curve_text(const std::map<std::string, double>& parameters) {
+  const double from = parameters.at("from"), to = parameters.at("to");
+  const int count = static_cast<int>(parameters.at("knots"));
+  std::string knots, values;
+  for (int k = 0; k < count; ++k) {
+    const double at = k + 1 == count ? to : from + k * (to - from) / (count - 1);
+    knots += (k > 0 ? ", " : "") + format_number(at);
+    values += (k > 0 ? ", " : "") + format_number(parameters.at(fmt::format("value_{}", k + 1)));
+  }
+  return fmt::format(", over: [{}], knots: [{}], values: [{}]", parameters.at("over") < 0.5 ? "q" : "v", knots, values);
+}
+
 std::string effects_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
   std::string out;
   for (const EffectSpec& spec : scenario.effects) {
     out += fmt::format("  - {{effect: {}, where: {}", scalar(spec.effect), scalar(spec.place));
-    if (!spec.parameters.empty()) out += ", parameters: " + number_map(spec.parameters);
+    if (spec.effect == "learned_effort")
+      out += curve_text(spec.parameters);
+    else if (!spec.parameters.empty())
+      out += ", parameters: " + number_map(spec.parameters);
     std::string files;
     for (const std::string& file : spec.recordings) {
       const auto at = moved.find(file);

@@ -19,6 +19,7 @@
 #include "physics/effects/hysteresis_friction.h"
 #include "physics/effects/input_delay.h"
 #include "physics/effects/joint_compliance.h"
+#include "physics/effects/learned_effort.h"
 #include "physics/effects/lever_arm_variation.h"
 #include "physics/effects/load_dependent_friction.h"
 #include "physics/effects/payload.h"
@@ -48,6 +49,6 @@ using Effects =
                   StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
                   QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
                   GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
-                  BaseCompliance, SensorScale, SensorOffset, SensorBacklash, SensorDelay, EffortScale>;
+                  BaseCompliance, SensorScale, SensorOffset, SensorBacklash, SensorDelay, EffortScale, LearnedEffort>;
 
 }  // namespace lacuna

@@ -1,0 +1,30 @@
+// Where the catalogue has no name: the law itself, learned from what is left.
+//
+// A rest that no named effect explains is looked for as an effort at every joint that is a smooth function of its
+// position or of its speed, through the plant linearised about the present motion (linear_look.h): a Gaussian process
+// on evenly spaced knots, its size and its resolution by evidence (C. E. Rasmussen, C. K. I. Williams, Gaussian
+// Processes for Machine Learning, 2006, ch. 5). The one of most evidence is put into the plant as a learned effect,
+// everything else is fitted again in full simulation, and the curve is learned again about the motion with it (Gauss
+// and Newton) until it stands. It stays if the validate recordings are predicted better by more than they scatter. Then
+// what is left is looked at again.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/candidates.h"
+#include "diagnosis/diagnosis.h"
+
+namespace lacuna {
+
+struct LearnedLaws {
+  CurrentModel model;                ///< the present one with the laws found, fitted
+  std::vector<LearnedLaw> laws;
+};
+
+/// From `current`, which leaves a rest. Nothing is learned without validate recordings, or where the motion is measured
+/// and not simulated.
+LearnedLaws learn_laws(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
+                       const RunControl& control);
+
+}  // namespace lacuna
