@@ -211,6 +211,8 @@ double class_probability(const Finding& finding) {
   return std::min(sum, 1.0);
 }
 
+bool changes_the_model(const Diagnosis& d) { return !d.findings.empty() || !d.learned.empty(); }
+
 const char* to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::consistent: return "consistent";

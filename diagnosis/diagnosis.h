@@ -67,6 +67,10 @@ struct Finding {
   std::optional<Separation> separation;  ///< where the class has several members
 };
 
+struct Diagnosis;
+/// Whether the diagnosed model is another one than the plain one.
+bool changes_the_model(const Diagnosis& diagnosis);
+
 /// That one of the finding's class stands at its place, whichever.
 double class_probability(const Finding& finding);
 

@@ -22,6 +22,7 @@ namespace {
 constexpr std::array kResolutions{8, 16, 32, 64, 128};  ///< knots over the range travelled
 constexpr double kSmooth = 2.0;                    ///< knots over which a curve keeps its value
 constexpr double kKnotsInPeriod = 5.0;             ///< at least
+constexpr double kNotToldApart = 3.0;               ///< log evidence: 20 to 1
 constexpr double kPeriodsSeen = 2.0;               ///< at least
 constexpr double kJitter = 1e-6;                   ///< of the prior's variance, on its diagonal
 constexpr int kSizes = 40;                         ///< sizes of the curve that are tried, four a decade
@@ -125,6 +126,15 @@ void weigh_periods(const CurveData& data, Learnable& law) {
   if (!(law.period > 0.0)) return;
   const double coarse = 0.25 * law.period / range;
   for (const double finer : {-0.6, -0.4, -0.2, 0.2, 0.4, 0.6}) weigh_curve(data, law.period * (1.0 + finer * coarse), law);
+  // What repeats itself after one period does so after two.
+  for (const int parts : {3, 2}) {
+    Learnable shorter = law;
+    shorter.evidence = law.evidence - kNotToldApart;
+    weigh_curve(data, law.period / parts, shorter);
+    if (shorter.period >= law.period || shorter.period < shortest) continue;
+    law = shorter;
+    break;
+  }
 }
 
 class Learner {

@@ -45,7 +45,7 @@ void add_tiles(Page& page, const Diagnosis& d) {
   const Role role = judged_role(d.after);
   const double before = over_noise(rms_in(d.before, role), d.noise), after = over_noise(rms_in(d.after, role), d.noise);
   if (std::isfinite(after)) {
-    const bool changed = !d.findings.empty() && std::isfinite(before);
+    const bool changed = changes_the_model(d) && std::isfinite(before);
     page.tile("Residual over noise", changed ? steady(before) + " \u2192 " + steady(after) : steady(after),
               fmt::format("{} recordings, all joints", to_string(role)));
   }
@@ -182,7 +182,7 @@ Html findings_section(const Diagnosis& d) {
 
 /// rms per joint and role, before and after; where nothing was found there is one model only.
 Html residual_section(const Scenario& scenario, const Diagnosis& d) {
-  const bool two = !d.findings.empty();
+  const bool two = changes_the_model(d);
   std::vector<Table::Column> columns{{"joint"}, {"recordings"},  {two ? "after" : "rms", true},
                                      {"unit"},  {"noise", true}, {two ? "after / noise" : "rms / noise", true}};
   if (two) {
@@ -278,10 +278,10 @@ Html engine_section(const Diagnosis& d) {
     const std::string remark = g.available ? (g.engine == d.engine ? "identified here" : "") : g.reason;
     const double before = over_noise(g.before, d.noise), after = over_noise(g.after, d.noise);
     table.row({text(g.engine), text(g.available ? steady(before) : ""), text(g.available ? steady(after) : ""),
-               text(g.available && !d.findings.empty() ? percent(g.kept) : ""), text(remark)});
+               text(g.available && changes_the_model(d) ? percent(g.kept) : ""), text(remark)});
   }
   std::string words = "The same parameters and the same effects, simulated by each engine on the test recordings.";
-  if (!d.findings.empty())
+  if (changes_the_model(d))
     words += fmt::format(" Gain kept: the share of {}'s reduction of residual energy that remains.", d.engine);
   if (!ratios) words += " The noise is not known, so ratios to it are left out.";
   return table.html() + paragraph(words, "muted small");
@@ -378,9 +378,9 @@ Html before_after_section(const Diagnosis& d) {
   options.leading = leading_joints(d);
   options.noise = d.noise;
   options.findings = d.findings;
-  if (d.findings.empty()) options.words = {"", "identified model"};
+  if (!changes_the_model(d)) options.words = {"", "identified model"};
   std::vector<Trace> traces = d.traces;
-  if (d.findings.empty()) {
+  if (!changes_the_model(d)) {
     for (Trace& trace : traces) trace.before.clear();
   }
   return trace_section(traces, options);
@@ -396,12 +396,13 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   page.lead(verdict_sentence(scenario, d), tone_of(d.verdict));
   add_tiles(page, d);
   page.section("Findings", findings_section(d));
-  page.section(d.findings.empty() ? "Measured and simulated" : "Before and after", before_after_section(d));
+  page.section("Learned where the catalogue has no name", learned_section(d.learned));
+  page.section(changes_the_model(d) ? "Before and after" : "Measured and simulated", before_after_section(d));
   page.section("Where the plain model fails", missing_effort_section(d.missing));
   page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
   page.section("Beside the base-parameter regression", idim_section(d));
-  page.section("Whiteness of the residuals", whiteness_section(d.whiteness, leading_joints(d), !d.findings.empty()));
+  page.section("Whiteness of the residuals", whiteness_section(d.whiteness, leading_joints(d), changes_the_model(d)));
   page.section("What was tried", tried_section(d));
   page.section("Parameters", parameter_section(d.after.estimates, prefixes));
   page.section("The found model fitted to every recording, test included (for comparison with other references only)",

@@ -216,6 +216,25 @@ Json unexplained_of(const Unexplained& unexplained) {
           {"share", unexplained.share},     {"probability", unexplained.probability}};
 }
 
+Json json_of(const LearnedLaw& law) {
+  Json curve = Json::array();
+  for (const LearnedLaw::Point& p : law.curve)
+    curve.push_back({{"at", p.at}, {"value", p.value}, {"lower95", p.lower95}, {"upper95", p.upper95}});
+  return {{"where", law.place},
+          {"stage", to_string(Stage::link)},
+          {"over", {law.over}},
+          {"unit", law.unit},
+          {"over_unit", law.way_unit},
+          {"curve", curve},
+          {"events", Json::array()},
+          {"period", law.period > 0.0 ? Json(law.period) : Json(nullptr)},
+          {"description", law.description},
+          {"resembles", {{"law", law.resembles}, {"share", law.share}}},
+          {"probability", law.probability},
+          {"evidence", law.evidence},
+          {"heldout", {{"gain", law.heldout_gain}, {"share", law.heldout_share}}}};
+}
+
 /// Rms by role as in `fit`, and what the regression says of every joint.
 Json idim_of(const std::optional<Idim>& idim) {
   if (!idim) return nullptr;
@@ -252,6 +271,8 @@ std::string prediction_file(std::size_t number) { return fmt::format("predicted_
 std::string separation_file(std::size_t number) { return fmt::format("separating_{}.csv", number); }
 
 std::string to_json(const Diagnosis& diagnosis, const Context& context) {
+  Json learned = Json::array();
+  for (const LearnedLaw& law : diagnosis.learned) learned.push_back(json_of(law));
   Json findings = Json::array(), gains = Json::array(), missing = Json::array(), colours = Json::array();
   for (const Whiteness& w : diagnosis.whiteness) colours.push_back(json_of(w));
   for (const MissingEffort& m : diagnosis.missing) missing.push_back(json_of(m));
@@ -265,6 +286,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"version", context.version},
       {"verdict", to_string(diagnosis.verdict)},
       {"findings", findings},
+      {"learned", learned},
       {"unexplained", unexplained_of(diagnosis.unexplained)},
       {"worse", diagnosis.worse},
       {"idim", idim_of(diagnosis.idim)},

@@ -36,6 +36,9 @@ Html trace_section(std::span<const Trace> traces, const TraceOptions& options);
 /// Joint by joint, the effort that the plain model lacks.
 Html missing_effort_section(std::span<const MissingEffort> missing);
 
+/// The laws that were learned: each as a curve with its band, and what it looks like.
+Html learned_section(std::span<const LearnedLaw> laws);
+
 /// The colour of what is left; the joints in `drawn` as plots. `two`: before and after, else after alone.
 Html whiteness_section(std::span<const Whiteness> joints, std::span<const std::string> drawn, bool two);
 

@@ -163,6 +163,16 @@ std::string unknown_sentence(const Diagnosis& d) {
   return out + ".";
 }
 
+/// What was learned in place of a name; "" where nothing was.
+std::string learned_sentence(const Scenario& scenario, const Diagnosis& d) {
+  if (d.learned.empty()) return {};
+  std::string out;
+  for (const LearnedLaw& law : d.learned) out += " Learned from the recordings: " + law.description + ".";
+  const std::string better = improvement(scenario, d, "");
+  if (!better.empty()) out += fmt::format(" With {} {}.", d.learned.size() == 1 ? "it" : "them", better);
+  return out;
+}
+
 }  // namespace
 
 std::string number(double value, int digits) {
@@ -328,6 +338,7 @@ std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosi
   std::string out = diagnosis.verdict == Verdict::consistent        ? consistent_sentence(scenario, diagnosis)
                     : diagnosis.verdict == Verdict::unknown_physics ? unknown_sentence(diagnosis)
                                                                     : found_sentence(scenario, diagnosis);
+  out += learned_sentence(scenario, diagnosis);
   if (!diagnosis.worse.empty()) out += " At " + list_of(diagnosis.worse) + " the test residual grew.";
   return out;
 }
