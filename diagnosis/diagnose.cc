@@ -8,6 +8,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/effort_search.h"
+#include "diagnosis/events.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/learned.h"
 #include "diagnosis/missing_physics.h"
@@ -15,6 +16,7 @@
 #include "diagnosis/set_search.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
+#include "physics/units.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -189,6 +191,30 @@ std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentMode
   return out;
 }
 
+/// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
+/// looked at again without it. Leaves the model with all of it, and returns the recordings with their events in.
+Experiment learn(const Scenario& scenario, const Experiment& experiment, const SimulatorOptions& simulator,
+                 const RunControl& control, CurrentModel& current, Diagnosis& out, const Report& report) {
+  if (!out.before.arrived) return experiment;
+  const auto laws = [&](const Experiment& of) {
+    if (!out.learned.empty() || !leaves_a_rest(current, of, simulator)) return;
+    LearnedLaws learned = learn_laws(current, of, simulator, control);
+    out.learned = std::move(learned.laws);
+    if (!out.learned.empty()) current = std::move(learned.model);
+  };
+  report("laws without a name", 0.89);
+  laws(experiment);
+  report("events", 0.9);
+  EventsFound found = find_events(current, experiment, simulator, control);
+  out.events = std::move(found.events);
+  if (out.events.empty()) return experiment;
+  for (LearnedEvent& event : out.events)
+    if (event.unit.empty()) event.unit = command_unit(scenario, event.place);
+  current = std::move(found.model);
+  laws(found.experiment);
+  return std::move(found.experiment);
+}
+
 void note_missing(const Scenario& scenario, Diagnosis& out) {
   out.notes.insert(out.notes.begin(), scenario.notes.begin(), scenario.notes.end());
   if (out.after.step.error_over_noise >= 0.1) {
@@ -211,7 +237,10 @@ double class_probability(const Finding& finding) {
   return std::min(sum, 1.0);
 }
 
-bool changes_the_model(const Diagnosis& d) { return !d.findings.empty() || !d.learned.empty(); }
+bool changes_the_model(const Diagnosis& d) {
+  const auto is_put_in = [](const LearnedEvent& event) { return event.role != Role::test; };
+  return !d.findings.empty() || !d.learned.empty() || std::ranges::any_of(d.events, is_put_in);
+}
 
 const char* to_string(Verdict verdict) {
   switch (verdict) {
@@ -282,12 +311,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     simulator = found.simulator, step = found.step;
   }
   const CurrentModel named = current;
-  if (out.before.arrived && leaves_a_rest(current, experiment, simulator)) {
-    report("laws without a name", 0.9);
-    LearnedLaws learned = learn_laws(current, experiment, simulator, control);
-    out.learned = std::move(learned.laws);
-    if (!out.learned.empty()) current = std::move(learned.model);
-  }
+  const Experiment with_events = learn(scenario, experiment, simulator, control, current, out, report);
   out.added = added_effects(before.model, current);
 
   report("motions that separate what is alike", 0.91);
@@ -295,20 +319,20 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
 
   report("verifying", 0.92);
   out.after = out.before;
-  if (!out.added.empty()) record_fit(current, experiment, simulator, out.after);
+  if (changes_the_model(out)) record_fit(current, with_events, simulator, out.after);
   out.after.step = step;
   attach_parameters(out);
   judge_rest(out, before, named, experiment, simulator);
-  note_test_rest(out, current, experiment, simulator);
+  note_test_rest(out, current, with_events, simulator);
   const std::vector<double> noise = noise_levels(experiment);
   const std::vector<Channel>& channels = experiment.channels;
   for (std::size_t c = 0; c < channels.size(); ++c)
     out.noise.emplace_back(rms_entry(channels[c], experiment), noise[c] > 0.0 ? noise[c] : std::nan(""));
-  verify(out, before, current, experiment, simulator, options.other_engines);
+  verify(out, before, current, with_events, simulator, options.other_engines);
   note_missing(scenario, out);
   if (!out.before.arrived && !std::holds_alternative<InverseDynamics>(experiment.prediction))
     out.notes.push_back("nothing is claimed, the plain model's best may not have been reached: " + out.before.doubt);
-  out.all_recordings = fit_everything(current, experiment, simulator);
+  out.all_recordings = fit_everything(current, with_events, simulator);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return out;
 }

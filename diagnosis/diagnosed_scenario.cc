@@ -62,7 +62,10 @@ Scenario with_values(const Scenario& scenario, const PlantModel& model, std::spa
 
 Scenario diagnosed_scenario(const Scenario& scenario, const Diagnosis& diagnosis) {
   const PlantModel plain(scenario);
-  return with_values(scenario, plain.with_effects(diagnosis.added), diagnosis.after.values);
+  Scenario out = with_values(scenario, plain.with_effects(diagnosis.added), diagnosis.after.values);
+  for (const LearnedEvent& event : diagnosis.events)
+    if (event.role != Role::test) out.events.insert(out.events.end(), event.pieces.begin(), event.pieces.end());
+  return out;
 }
 
 }  // namespace lacuna

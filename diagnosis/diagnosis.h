@@ -88,23 +88,36 @@ struct Unexplained {
 
 /// An effort that no effect of the catalogue stands for, as a curve over the joint's position or speed (learned.h).
 struct LearnedLaw {
-  std::string place;             ///< joint
-  std::string over;              ///< "q" or "v"
-  double from = 0.0, to = 0.0;   ///< what was seen of it, rad (m) or rad/s (m/s); beyond it the curve goes on level
-  std::string unit, way_unit;    ///< of the effort; of what it depends on
+  std::string place;            ///< joint
+  std::string over;             ///< "q" or "v"
+  double from = 0.0, to = 0.0;  ///< what was seen of it, rad (m) or rad/s (m/s); beyond it the curve goes on level
+  std::string unit, way_unit;   ///< of the effort; of what it depends on
   struct Point {
     double at = 0.0, value = 0.0, lower95 = 0.0, upper95 = 0.0;
   };
-  std::vector<Point> curve;      ///< at the knots
-  std::string resembles;         ///< the nearest textbook law
-  double share = 0.0;            ///< of the curve's variance that it explains
-  double period = 0.0;           ///< where it repeats itself, in `way_unit`; 0: it does not
-  double height = 0.0;           ///< half of the way from its lowest to its highest point
+  std::vector<Point> curve;  ///< at the knots
+  std::string resembles;     ///< the nearest textbook law
+  double share = 0.0;        ///< of the curve's variance that it explains
+  double period = 0.0;       ///< where it repeats itself, in `way_unit`; 0: it does not
+  double height = 0.0;       ///< half of the way from its lowest to its highest point
   std::string description;
-  double probability = 0.0;      ///< that it is this joint and this variable, of those that were offered
-  double evidence = 0.0;         ///< log evidence over the model without it, fitted in full
-  double heldout_gain = 0.0;     ///< log-likelihood on the validate recordings
-  double heldout_share = 0.0;    ///< of their residual energy that it takes away
+  double probability = 0.0;    ///< that it is this joint and this variable, of those that were offered
+  double evidence = 0.0;       ///< log evidence over the model without it, fitted in full
+  double heldout_gain = 0.0;   ///< log-likelihood on the validate recordings
+  double heldout_share = 0.0;  ///< of their residual energy that it takes away
+};
+
+/// What happened once in one recording and is no part of the machine (events.h).
+struct LearnedEvent {
+  EventSpec::Kind kind = EventSpec::Kind::effort;
+  std::string place, recording;
+  Role role = Role::train;      ///< of the recording; one of a test recording is said and goes into no figure
+  double from = 0.0, to = 0.0;  ///< s, on the recording's own clock
+  double value = 0.0;           ///< the largest of it, in `unit`
+  std::string unit;
+  std::string resembles;          ///< "a push", "a lost command", "a repeated command", "a slip of the transducer"
+  double evidence = 0.0;          ///< log evidence over the same without it, corrected for all edges tried
+  std::vector<EventSpec> pieces;  ///< rectangles that it is made of
 };
 
 /// Everything that was tried in one round, for the report.
@@ -147,8 +160,9 @@ struct Diagnosis {
   Verdict verdict = Verdict::consistent;
   std::vector<Finding> findings;
   std::vector<EffectSpec> added;  ///< effects of the diagnosed model that the scenario's has not, in its order
-  Unexplained unexplained;           ///< by the findings; the laws learned from it do not count
+  Unexplained unexplained;        ///< by the findings; the laws learned from it do not count
   std::vector<LearnedLaw> learned;
+  std::vector<LearnedEvent> events;    ///< in the order of the recordings and of time
   std::vector<MissingEffort> missing;  ///< where the plain model fails; empty where that cannot be said
   JointRms noise;                      ///< an entry a channel; NaN where it is unknown
   FitResult before, after;             ///< `after` equals `before` where nothing was found

@@ -72,6 +72,9 @@ struct ExcessNoise {
 std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                                            std::span<const double> noise_over_weight);
 
+/// Log evidence from which something that has no name was learned and not made up.
+constexpr double kWorthLearning = 10.0;
+
 /// How a channel's residual goes with itself: white noise does not.
 struct Autocorrelation {
   int channel = 0;

@@ -17,8 +17,6 @@ constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 constexpr Eigen::Index kHeldoutBlocks = 40;
 constexpr double kOneMore = 0.3;  ///< of one effect more in a set, before any data (DIAGNOSIS: h)
 
-double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
-
 }  // namespace
 
 NamedPlace place_of(const EffectSpec& spec) { return {spec.effect, spec.place}; }

@@ -20,19 +20,19 @@ namespace lacuna {
 namespace {
 
 constexpr std::array kResolutions{8, 16, 32, 64, 128};  ///< knots over the range travelled
-constexpr double kSmooth = 2.0;                    ///< knots over which a curve keeps its value
-constexpr double kKnotsInPeriod = 5.0;             ///< at least
-constexpr double kNotToldApart = 3.0;               ///< log evidence: 20 to 1
-constexpr double kPeriodsSeen = 2.0;               ///< at least
-constexpr double kJitter = 1e-6;                   ///< of the prior's variance, on its diagonal
-constexpr int kSizes = 40;                         ///< sizes of the curve that are tried, four a decade
-constexpr double kInterval = 1.96;    ///< standard errors of a 95 % band
-constexpr double kWorthLearning = 10.0;            ///< log evidence over the model without it
-constexpr double kLeastTaken = 0.1;                ///< of the validate recordings' rest, that it takes away
-constexpr int kRefitSteps = 5;      ///< of the plain parameters beside a curve on its way
-constexpr int kBends = 8;           ///< times that a curve is learned anew about the motion with it
-constexpr double kStands = 0.01;    ///< relative change of what is left, under which it stays as it is
-constexpr std::size_t kTried = 3;   ///< laws that are fitted in full before the search gives up
+constexpr double kSmooth = 2.0;                         ///< knots over which a curve keeps its value
+constexpr double kKnotsInPeriod = 5.0;                  ///< at least
+constexpr double kNotToldApart = 3.0;                   ///< log evidence: 20 to 1
+constexpr double kPeriodsSeen = 2.0;                    ///< at least
+constexpr double kJitter = 1e-6;                        ///< of the prior's variance, on its diagonal
+constexpr int kSizes = 40;                              ///< sizes of the curve that are tried, four a decade
+constexpr double kInterval = 1.96;                      ///< standard errors of a 95 % band
+
+constexpr double kLeastTaken = 0.1;  ///< of the validate recordings' rest, that it takes away
+constexpr int kRefitSteps = 5;       ///< of the plain parameters beside a curve on its way
+constexpr int kBends = 8;            ///< times that a curve is learned anew about the motion with it
+constexpr double kStands = 0.01;     ///< relative change of what is left, under which it stays as it is
+constexpr std::size_t kTried = 3;    ///< laws that are fitted in full before the search gives up
 
 /// A law at one joint of one variable, with what the linearised plant says of it.
 struct Learnable {
@@ -105,8 +105,8 @@ void weigh_curve(const CurveData& data, double period, Learnable& law) {
     const double ratio = std::pow(10.0, 0.25 * k - 3.0) / (lambda.maxCoeff() * share);
     const Eigen::ArrayXd shrunk = ratio * share / (1.0 + ratio * share * lambda);
     const double left = std::max(data.all - (b.square() * shrunk).sum(), 1e-300);
-    const double evidence = 0.5 * data.effective * std::log(data.all / left) -
-                            0.5 * (1.0 + ratio * share * lambda).log().sum();
+    const double evidence =
+        0.5 * data.effective * std::log(data.all / left) - 0.5 * (1.0 + ratio * share * lambda).log().sum();
     if (!(evidence > law.evidence)) continue;
     law.evidence = evidence, law.period = period;
     law.values = back * (shrunk * b).matrix();
@@ -125,7 +125,8 @@ void weigh_periods(const CurveData& data, Learnable& law) {
     weigh_curve(data, period, law);
   if (!(law.period > 0.0)) return;
   const double coarse = 0.25 * law.period / range;
-  for (const double finer : {-0.6, -0.4, -0.2, 0.2, 0.4, 0.6}) weigh_curve(data, law.period * (1.0 + finer * coarse), law);
+  for (const double finer : {-0.6, -0.4, -0.2, 0.2, 0.4, 0.6})
+    weigh_curve(data, law.period * (1.0 + finer * coarse), law);
   // What repeats itself after one period does so after two.
   for (const int parts : {3, 2}) {
     Learnable shorter = law;
@@ -161,7 +162,7 @@ class Learner {
   /// At every joint that has none yet, over its position and its speed, the curve of most evidence; most first.
   std::vector<Learnable> offer() const {
     const CurrentModel& now = standing_.model;
-    const LinearLook look(now, experiment_, sets_.simulator());
+    const LinearLook look(now, experiment_, sets_.simulator(), sets_.train());
     std::vector<Learnable> out;
     if (!look.is_linearised()) return out;
     const Projector projector(now.fit.jacobian);
@@ -237,8 +238,7 @@ class Learner {
                     {"knots", static_cast<double>(law.values.size())}},
                    {},
                    "learned"};
-    for (Eigen::Index k = 0; k < law.values.size(); ++k)
-      out.parameters[fmt::format("value_{}", k + 1)] = law.values(k);
+    for (Eigen::Index k = 0; k < law.values.size(); ++k) out.parameters[fmt::format("value_{}", k + 1)] = law.values(k);
     return out;
   }
 
@@ -276,7 +276,7 @@ class Learner {
   /// The curve of a fitted law anew; the law's own evidence and errors with it.
   bool bend_about(Fitted& best, Kind kind, Learnable& tried) const {
     const CurrentModel& about = best.set.model;
-    const LinearLook look(about, experiment_, sets_.simulator());
+    const LinearLook look(about, experiment_, sets_.simulator(), sets_.train());
     if (!look.is_linearised()) return false;
     const Projector projector(about.fit.jacobian);
     bend(look, projector, projector.rest(about.fit.residual), effective_samples(about), kind, tried);
@@ -290,8 +290,7 @@ class Learner {
     if (!bend_about(smooth, Kind::periodic, tried)) return;
     std::optional<Fitted> periodic = fitted(tried, Kind::periodic);
     smooth.law.period = 0.0;
-    if (periodic && periodic->law.period > 0.0 &&
-        sets_.heldout_difference(periodic->set, smooth.set).gain >= 0.0)
+    if (periodic && periodic->law.period > 0.0 && sets_.heldout_difference(periodic->set, smooth.set).gain >= 0.0)
       smooth = std::move(*periodic);
   }
   /// Energy on the train recordings over the noise, whatever a fit's own weights are.
@@ -324,8 +323,7 @@ class Learner {
     LearnedLaw out;
     out.place = experiment_.joint_names[static_cast<std::size_t>(law.joint)], out.over = law.over_speed ? "v" : "q";
     out.from = law.from, out.to = law.to, out.period = law.period;
-    const bool sliding =
-        standing_.model.model.robot().joints()[static_cast<std::size_t>(law.joint)].prismatic();
+    const bool sliding = standing_.model.model.robot().joints()[static_cast<std::size_t>(law.joint)].prismatic();
     out.unit = sliding ? "N" : "N m";
     out.way_unit = std::string(sliding ? "m" : "rad") + (law.over_speed ? "/s" : "");
     const double spacing = (law.to - law.from) / static_cast<double>(law.values.size() - 1);

@@ -18,7 +18,7 @@
 namespace lacuna {
 
 struct LearnedLaws {
-  CurrentModel model;                ///< the present one with the laws found, fitted
+  CurrentModel model;  ///< the present one with the laws found, fitted
   std::vector<LearnedLaw> laws;
 };
 

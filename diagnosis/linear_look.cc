@@ -34,18 +34,19 @@ Eigen::MatrixXd matrix_of(const std::vector<std::vector<double>>& efforts) {
 
 }  // namespace
 
-LinearLook::LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator)
-    : current_(current), experiment_(experiment), simulator_(simulator), train_(experiment.with_role(Role::train)) {
+LinearLook::LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
+                       std::vector<int> segments)
+    : current_(current), experiment_(experiment), simulator_(simulator), segments_(std::move(segments)) {
   if (!is_simulated(experiment) || has_sides(current.model)) return;
   const std::vector<std::vector<double>> values{current.space.expand(current.fit.point)};
   std::vector<double> sizes;
   for (int j = 0; j < current.model.dof(); ++j)
     sizes.push_back(typical_size(Scale::effort, current.model, experiment, j, values.front()));
   const auto plain = make_simulator(current.model, experiment, simulator);
-  motions_ = plain->linearise(values.front(), train_, sizes);
+  motions_ = plain->linearise(values.front(), segments_, sizes);
   if (!std::all_of(motions_.begin(), motions_.end(), [](const LinearMotion& m) { return m.is_finite(); })) return;
   needs_.resize(experiment.segments.size());
-  plain->excess(values, train_, motions_,
+  plain->excess(values, segments_, motions_,
                 [&](int, int s, const auto& efforts) { needs_[static_cast<std::size_t>(s)] = matrix_of(efforts); });
   problem_.emplace(current.model, experiment, current.space, simulator, current.weights);
 }
@@ -62,9 +63,9 @@ std::vector<Eigen::VectorXd> LinearLook::changes(const PlantModel& model,
   std::vector<std::vector<Eigen::MatrixXd>> responses(values.size(),
                                                       std::vector<Eigen::MatrixXd>(experiment_.segments.size()));
   std::vector<std::size_t> at(experiment_.segments.size(), 0);
-  for (std::size_t k = 0; k < train_.size(); ++k) at[static_cast<std::size_t>(train_[k])] = k;
+  for (std::size_t k = 0; k < segments_.size(); ++k) at[static_cast<std::size_t>(segments_[k])] = k;
   make_simulator(model, experiment_, simulator_)
-      ->excess(values, train_, motions_, [&](int individual, int segment, const auto& efforts) {
+      ->excess(values, segments_, motions_, [&](int individual, int segment, const auto& efforts) {
         const auto s = static_cast<std::size_t>(segment);
         responses[static_cast<std::size_t>(individual)][s] = motions_[at[s]].response(matrix_of(efforts) - needs_[s]);
       });
@@ -75,7 +76,7 @@ std::vector<Eigen::VectorXd> LinearLook::changes(const PlantModel& model,
 
 Eigen::VectorXd LinearLook::residual_of(const std::vector<Eigen::MatrixXd>& responses) const {
   const Eigen::Index dof = current_.model.dof();
-  return problem_->residual_change(train_, [&](std::size_t segment, std::size_t c) -> Eigen::VectorXd {
+  return problem_->residual_change(segments_, [&](std::size_t segment, std::size_t c) -> Eigen::VectorXd {
     const Channel& channel = experiment_.channels[c];
     return responses[segment].row(channel.joint + (channel.kind == ChannelKind::velocity ? dof : 0));
   });
@@ -86,13 +87,31 @@ Eigen::MatrixXd LinearLook::changes_at(int joint, const std::vector<Eigen::Matri
   Eigen::MatrixXd out;
   std::vector<Eigen::MatrixXd> responses(experiment_.segments.size());
   for (Eigen::Index column = 0; column < columns; ++column) {
-    for (std::size_t k = 0; k < train_.size(); ++k) {
+    for (std::size_t k = 0; k < segments_.size(); ++k) {
       Eigen::MatrixXd effort = Eigen::MatrixXd::Zero(current_.model.dof(), efforts[k].cols());
       effort.row(joint) = efforts[k].row(column);
-      responses[static_cast<std::size_t>(train_[k])] = motions_[k].response(effort);
+      responses[static_cast<std::size_t>(segments_[k])] = motions_[k].response(effort);
     }
     const Eigen::VectorXd change = residual_of(responses);
     if (column == 0) out.resize(change.size(), columns);
+    out.col(column) = change;
+  }
+  return out;
+}
+
+Eigen::MatrixXd LinearLook::changes_read(int joint, const std::vector<Eigen::MatrixXd>& slips) const {
+  std::vector<std::size_t> at(experiment_.segments.size(), 0);
+  for (std::size_t k = 0; k < segments_.size(); ++k) at[static_cast<std::size_t>(segments_[k])] = k;
+  Eigen::MatrixXd out;
+  for (Eigen::Index column = 0; column < slips.front().rows(); ++column) {
+    const Eigen::VectorXd change =
+        problem_->residual_change(segments_, [&](std::size_t segment, std::size_t c) -> Eigen::VectorXd {
+          const Channel& channel = experiment_.channels[c];
+          const Eigen::MatrixXd& slip = slips[at[segment]];
+          if (channel.kind == ChannelKind::position && channel.joint == joint) return slip.row(column);
+          return Eigen::VectorXd::Zero(slip.cols());
+        });
+    if (column == 0) out.resize(change.size(), slips.front().rows());
     out.col(column) = change;
   }
   return out;

@@ -12,8 +12,9 @@ namespace lacuna {
 
 class LinearLook {
  public:
-  /// About the present fit, on the train segments, at the simulator's step. All of these must outlive it.
-  LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator);
+  /// About the present fit, on `segments`, at the simulator's step. All of these must outlive it.
+  LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
+             std::vector<int> segments);
 
   /// Whether an effect of the catalogue does its work as an effort along the motion: not one that reads the motion, is
   /// late, or lies between the actuator's side and the link. Of none where the present model has such a side, where the
@@ -23,15 +24,18 @@ class LinearLook {
   /// Whether anything is.
   bool is_linearised() const { return problem_.has_value(); }
 
-  /// Changes of the whitened train residual, one for each full parameter vector of `model`, which is the present one
+  /// Changes of the whitened residual, one for each full parameter vector of `model`, which is the present one
   /// with further effects.
   std::vector<Eigen::VectorXd> changes(const PlantModel& model, std::span<const std::vector<double>> values) const;
 
-  /// The present motions in the middle of their intervals, of every train segment.
+  /// The present motions in the middle of their intervals, segment by segment.
   const std::vector<LinearMotion>& motions() const { return motions_; }
-  /// Changes of the whitened train residual, one a column, under efforts at one joint: [motion], rows the columns' own
+  /// Changes of the whitened residual, one a column, under efforts at one joint: [motion], rows the columns' own
   /// efforts at every interval, N m (N).
   Eigen::MatrixXd changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const;
+  /// The same under what a joint's position is read too much: [segment], rows the columns' own at every sample, rad
+  /// (m).
+  Eigen::MatrixXd changes_read(int joint, const std::vector<Eigen::MatrixXd>& slips) const;
 
  private:
   /// [segment]: changes of positions and speeds; of the residual.
@@ -40,9 +44,9 @@ class LinearLook {
   const CurrentModel& current_;
   const Experiment& experiment_;
   SimulatorOptions simulator_;
-  std::vector<int> train_;
+  std::vector<int> segments_;
   std::optional<Problem> problem_;      ///< none: nothing is linearised
-  std::vector<LinearMotion> motions_;   ///< of the train segments
+  std::vector<LinearMotion> motions_;   ///< of these segments
   std::vector<Eigen::MatrixXd> needs_;  ///< [joint][interval], what drives the present model beyond what it needs
 };
 

@@ -17,9 +17,9 @@ constexpr double kSingular = 1e-9;           ///< of a unit normal matrix
 constexpr int kActiveRounds = 40;            ///< in which numbers are held at the ends of their ranges
 constexpr std::uint32_t kBaggingDraws = 83;  ///< of random draws
 
-double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
-
 }  // namespace
+
+double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
 
 std::vector<std::vector<double>> block_draws(std::size_t blocks, int draws, std::uint64_t seed) {
   std::vector<std::vector<double>> out;

@@ -21,6 +21,9 @@
 
 namespace lacuna {
 
+/// log of n over k, of k out of n.
+double log_choose(double n, double k);
+
 /// A number that a hypothesis is free in: its column and its prior, both in the search coordinate.
 struct LinearColumn {
   Eigen::VectorXd train, validate;                ///< whitened sensitivities

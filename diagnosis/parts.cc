@@ -45,6 +45,7 @@ Scenario restricted(const Scenario& scenario, const std::vector<int>& joints) {
   out.name = out.robot->joints().front().name;
   std::erase_if(out.actuators, [&](const ActuatorSpec& a) { return names.count(a.joint) == 0; });
   std::erase_if(out.effects, [&](const EffectSpec& e) { return names.count(e.place) == 0; });
+  std::erase_if(out.events, [&](const EventSpec& e) { return names.count(e.joint) == 0; });
   for (auto& [kind, columns] : out.channels.of) keep_joints(columns, names);
   for (auto& [kind, levels] : out.noise) keep_joints(levels, names);
   out.motion.reset();  // what `compare` moves

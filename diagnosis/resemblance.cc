@@ -71,8 +71,14 @@ const std::vector<Textbook>& textbook() {
   using Columns = std::vector<Eigen::ArrayXd>;
   static const std::vector<Textbook> laws{
       {"a spring", false, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x}; }},
-      {"a hardening spring", false, 2, [](const Eigen::ArrayXd& x, double) { return Columns{x, x.cube()}; }},
-      {"a weight on a lever", false, 2, [](const Eigen::ArrayXd& x, double) { return Columns{x.sin(), x.cos()}; }},
+      {"a hardening spring", false, 2,
+       [](const Eigen::ArrayXd& x, double) {
+         return Columns{x, x.cube()};
+       }},
+      {"a weight on a lever", false, 2,
+       [](const Eigen::ArrayXd& x, double) {
+         return Columns{x.sin(), x.cos()};
+       }},
       {"a stop or a spring with slack", false, 2,
        [](const Eigen::ArrayXd& x, double shape) { return Columns{(x - edge_of(x, shape)).max(0.0)}; }},
       {"gear ripple", false, 3,

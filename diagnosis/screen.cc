@@ -392,8 +392,7 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
   std::vector<std::unique_ptr<EffectScreen>> screens;
   const CoarseLook coarse = coarse_look(current, experiment, options.simulator);
   auto look = [&](std::vector<EffectSpec> specs) {
-    screens.push_back(
-        std::make_unique<EffectScreen>(current, experiment, coarse, std::move(specs), train));
+    screens.push_back(std::make_unique<EffectScreen>(current, experiment, coarse, std::move(specs), train));
     screens.back()->look(projector);
   };
   const auto& table = effect_table();

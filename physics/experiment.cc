@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "physics/events.h"
 #include "physics/noise.h"
 #include "physics/quantity.h"
 #include "physics/units.h"
@@ -231,7 +232,7 @@ RawMotion raw_motion(const Scenario& scenario, const std::vector<Cut>& cuts, con
 /// Commands in force at even times.
 std::shared_ptr<const CommandTrack> held_at(const CommandTrack& track, const std::vector<double>& at) {
   auto out = std::make_shared<CommandTrack>();
-  out->time = at;
+  out->time = at, out->begin = track.begin;
   for (const std::vector<double>& value : track.value) {
     std::vector<double> held(at.size());
     std::size_t i = 0;
@@ -474,6 +475,7 @@ std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, cons
   const std::vector<double>& time = column_of(data, scenario.channels.time);
   const auto [from, to] = rows_of(scenario, spec);
   auto track = std::make_shared<CommandTrack>();
+  track->begin = time[from];
   for (std::size_t i = from; i < to; ++i) track->time.push_back(time[i] - time[from]);
   const auto commands = scenario.channels.of.find(ChannelKind::command);
   for (const Joint& joint : scenario.robot->joints()) {
@@ -509,6 +511,7 @@ Experiment make_experiment(const Scenario& scenario) {
   filter_noise(scenario, out);
   measure_sizes(scenario, cuts, out);
   for (const Cut& piece : cuts) out.span = std::max(out.span, piece.session + piece.track->time.back());
+  add_events(scenario, out);
   return out;
 }
 

@@ -25,6 +25,7 @@ struct Channel {
 struct CommandTrack {
   std::vector<double> time;                ///< s, from the recording's first used sample
   std::vector<std::vector<double>> value;  ///< [joint][sample], V; zeros for joints without a command
+  double begin = 0.0;                      ///< s, the recording's own clock at time 0
 };
 
 struct StartEffects;
@@ -43,6 +44,10 @@ struct Segment {
   double session = 0.0;
   /// What the errors of the start do to the prediction (ga/start_effects.h); null: the start is taken as exact.
   std::shared_ptr<const StartEffects> start_effects = {};
+
+  /// What happened in it (events.h): efforts on joints besides all else [joint][interval], N m (N), and what position
+  /// transducers read too much [joint][sample], rad (m). Null: nothing.
+  std::shared_ptr<const std::vector<std::vector<double>>> pushes = {}, slips = {};
 
   /// Inverse dynamics only: the motion on even samples, which the track's are, too, and those of its samples that are
   /// compared (low-passed signals are thinned to twice the cutoff).

@@ -29,6 +29,7 @@ class LanePredictor final : public Predictor {
     rollout_.run(segments, experiment_.channels, max_step, flat_);
     take(tasks.size(), channels, segments.front()->count, out,
          [&](std::size_t c, std::size_t s) -> const T& { return flat_[s * channels + c]; });
+    for (std::size_t k = 0; k < tasks.size(); ++k) add_slips(*tasks[k].segment, out[k]);
   }
 
   LinearMotion linearise(const LaneTask& task, double max_step, const std::vector<double>& effort_sizes) override {
@@ -55,6 +56,16 @@ class LanePredictor final : public Predictor {
       plant_.bind(k, model_.values_in(task.segment->file, *task.values));
     }
     return segments;
+  }
+  /// What transducers read too much, as the segment's events say.
+  void add_slips(const Segment& segment, std::vector<std::vector<double>>& predicted) const {
+    if (!segment.slips) return;
+    for (std::size_t c = 0; c < predicted.size(); ++c) {
+      const Channel& channel = experiment_.channels[c];
+      if (channel.kind != ChannelKind::position) continue;
+      const std::vector<double>& slip = (*segment.slips)[static_cast<std::size_t>(channel.joint)];
+      for (std::size_t s = 0; s < segment.count; ++s) predicted[c][s] += slip[s];
+    }
   }
   template <class At>
   void take(std::size_t tasks, std::size_t channels, std::size_t samples,

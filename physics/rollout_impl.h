@@ -13,8 +13,8 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
       size_(2 * n_ + static_cast<std::size_t>(plant.states())),
       dry_(n_) {
   for (State* x : {&x_, &next_, &stage_, &k1_, &k2_, &k3_, &k4_}) x->assign(size_, T(0.0));
-  for (std::vector<T>* w :
-       {&u_, &tau_, &push_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_, &direction_, &hold_up_, &hold_down_}) {
+  for (std::vector<T>* w : {&u_, &tau_, &push_, &probe_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_,
+                            &direction_, &hold_up_, &hold_down_}) {
     w->assign(n_, T(0.0));
   }
   memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
@@ -72,8 +72,8 @@ std::shared_ptr<const MeasuredMotion> Rollout<T, Dyn>::between(const std::vector
       out->direction[j].push_back(sign(v));
     }
   }
-  out->rate = out->time.size() > 1 ? static_cast<double>(out->time.size() - 1) / (out->time.back() - out->time.front())
-                                   : 1.0;
+  out->rate =
+      out->time.size() > 1 ? static_cast<double>(out->time.size() - 1) / (out->time.back() - out->time.front()) : 1.0;
   return out;
 }
 
@@ -100,7 +100,7 @@ LinearMotion Rollout<T, Dyn>::linearise(const Segment& segment, double max_step,
     start(max_step);
     const std::size_t last = std::min(first + lanes, steps.size());
     for (std::size_t i = std::max(first, size_); i < last; ++i)
-      set_lane(push_[i - size_], static_cast<int>(i - first), steps[i]);
+      set_lane(probe_[i - size_], static_cast<int>(i - first), steps[i]);
     for (std::size_t k = 0; k + 1 < way.size(); ++k) {
       x_ = way[k].x, memory_ = way[k].memory, direction_ = way[k].direction;
       for (std::size_t i = first; i < std::min(last, size_); ++i) {
@@ -116,7 +116,7 @@ LinearMotion Rollout<T, Dyn>::linearise(const Segment& segment, double max_step,
               (lane(x_[row], static_cast<int>(i - first)) - lane(way[k + 1].x[row], 0)) / steps[i];
       }
     }
-    std::fill(push_.begin(), push_.end(), T(0.0));
+    std::fill(probe_.begin(), probe_.end(), T(0.0));
   }
   return out;
 }
@@ -157,6 +157,15 @@ void Rollout<T, Dyn>::fetch_commands(std::size_t sample) {
   for (Cursor& cursor : cursors_) move_cursor(cursor);
 }
 
+/// What acts besides on the way from a sample to the next.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::fetch_pushes(std::size_t sample) {
+  push_ = probe_;
+  if (std::ranges::none_of(segments_, [](const Segment* s) { return s->pushes != nullptr; })) return;
+  for (std::size_t j = 0; j < n_; ++j)
+    push_[j] = push_[j] + of_each([&](const Segment& s) { return s.pushes ? (*s.pushes)[j][sample] : 0.0; });
+}
+
 /// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::move_cursor(Cursor& cursor) {
@@ -192,6 +201,7 @@ void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
   const auto [pieces, nominal] = cut(sample, max_step);
   t_ = T(begin);
   fetch_commands(sample);
+  fetch_pushes(sample);
   // Every event costs one more round; a lane with more of them than this goes on with plain steps.
   const int most = static_cast<int>(pieces) * 8 + 64;
   const T close(1e-9 * nominal);

@@ -78,7 +78,8 @@ class PopulationSimulator final : public Simulator {
     const std::size_t width = static_cast<std::size_t>(lanes());
     const std::size_t packs = (individuals.size() + width - 1) / width;
     on_pieces(static_cast<int>(packs * segments.size()), [&](int worker, int piece) {
-      const std::size_t at = static_cast<std::size_t>(piece) / packs, first = static_cast<std::size_t>(piece) % packs * width;
+      const std::size_t at = static_cast<std::size_t>(piece) / packs,
+                        first = static_cast<std::size_t>(piece) % packs * width;
       std::vector<LaneTask> tasks;
       for (std::size_t i = first; i < std::min(first + width, individuals.size()); ++i)
         tasks.push_back({&individuals[i], &experiment_.segments[static_cast<std::size_t>(segments[at])]});
@@ -91,7 +92,8 @@ class PopulationSimulator final : public Simulator {
  private:
   /// In this process alone, whoever shares the simulations.
   void on_pieces(int pieces, const PieceWork& work) {
-    alone_->run(pieces, work, [](int) { return std::vector<std::span<std::byte>>{}; }, 0);
+    alone_->run(
+        pieces, work, [](int) { return std::vector<std::span<std::byte>>{}; }, 0);
   }
 
   struct Pair {

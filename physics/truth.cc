@@ -89,6 +89,7 @@ class TruthRun {
     record(channels, out);
     for (std::size_t k = 0; k + 1 < segment_.count; ++k) {
       if (options_.stop != nullptr && *options_.stop) throw Interrupted();
+      interval_ = k;
       advance(segment_.time(k + 1), segment_.time(k + 1) - segment_.time(k));
       record(channels, out);
     }
@@ -204,7 +205,7 @@ class TruthRun {
   }
 
   T outside_effort(int joint, const T& q, const T& since = T(0.0)) const {
-    T sum(0.0);
+    T sum(segment_.pushes ? (*segment_.pushes)[static_cast<std::size_t>(joint)][interval_] : 0.0);
     for (const OutsidePhysics& outside : options_.outside) {
       if (outside.joint != joint) continue;
       if (outside.kind == OutsidePhysics::Kind::position_ripple) sum += outside.strength * std::sin(kRipples * q);
@@ -393,6 +394,9 @@ class TruthRun {
         plant_.sense(channels[c].joint, time, readings.data(), 1);
         std::transform(readings.begin(), readings.end(), out[c].begin(),
                        [](const T& value) { return static_cast<double>(value); });
+        if (!segment_.slips) continue;
+        const std::vector<double>& slip = (*segment_.slips)[static_cast<std::size_t>(channels[c].joint)];
+        for (std::size_t k = 0; k < slip.size(); ++k) out[c][k] += slip[k];
       }
   }
 
@@ -408,6 +412,7 @@ class TruthRun {
   std::vector<bool> dry_;
   bool any_dry_ = false;
   long evaluations_ = 0;
+  std::size_t interval_ = 0;  ///< between samples, that is simulated
   typename By::Stepper stepper_;
 };
 

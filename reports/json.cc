@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "reports/json_text.h"
+#include "reports/wording.h"
 
 namespace lacuna {
 namespace {
@@ -235,6 +238,46 @@ Json json_of(const LearnedLaw& law) {
           {"heldout", {{"gain", law.heldout_gain}, {"share", law.heldout_share}}}};
 }
 
+/// Stage of the chain at which an event enters it.
+Stage stage_of(EventSpec::Kind kind) {
+  switch (kind) {
+    case EventSpec::Kind::effort: return Stage::link;
+    case EventSpec::Kind::command: return Stage::command;
+    default: return Stage::reading;
+  }
+}
+
+Json json_of(const LearnedEvent& event) {
+  return {{"recording", event.recording}, {"role", to_string(event.role)},
+          {"from", event.from},           {"to", event.to},
+          {"value", event.value},         {"unit", event.unit},
+          {"resembles", event.resembles}, {"evidence", event.evidence}};
+}
+
+/// Events of one kind at one joint, as something learned over time.
+Json json_of(const std::vector<LearnedEvent>& events) {
+  const LearnedEvent& first = events.front();
+  Json list = Json::array();
+  double evidence = -HUGE_VAL;
+  for (const LearnedEvent& event : events) {
+    list.push_back(json_of(event));
+    evidence = std::max(evidence, event.evidence);
+  }
+  return {{"where", first.place},
+          {"stage", to_string(stage_of(first.kind))},
+          {"over", {"t"}},
+          {"unit", first.unit},
+          {"over_unit", "s"},
+          {"curve", Json::array()},
+          {"events", list},
+          {"period", nullptr},
+          {"description", description_of(events)},
+          {"resembles", {{"law", first.resembles}, {"share", nullptr}}},
+          {"probability", 1.0 / (1.0 + std::exp(-evidence))},
+          {"evidence", evidence},
+          {"heldout", nullptr}};
+}
+
 /// Rms by role as in `fit`, and what the regression says of every joint.
 Json idim_of(const std::optional<Idim>& idim) {
   if (!idim) return nullptr;
@@ -273,6 +316,7 @@ std::string separation_file(std::size_t number) { return fmt::format("separating
 std::string to_json(const Diagnosis& diagnosis, const Context& context) {
   Json learned = Json::array();
   for (const LearnedLaw& law : diagnosis.learned) learned.push_back(json_of(law));
+  for (const std::vector<LearnedEvent>& events : alike(diagnosis.events)) learned.push_back(json_of(events));
   Json findings = Json::array(), gains = Json::array(), missing = Json::array(), colours = Json::array();
   for (const Whiteness& w : diagnosis.whiteness) colours.push_back(json_of(w));
   for (const MissingEffort& m : diagnosis.missing) missing.push_back(json_of(m));

@@ -31,12 +31,11 @@ Html plot(const LearnedLaw& law) {
 Html learned_section(std::span<const LearnedLaw> laws) {
   Html out;
   for (const LearnedLaw& law : laws) {
-    const std::string of_rest =
-        fmt::format("It takes away {} of the validate recordings' residual energy (log-likelihood {} higher), and has a "
-                    "log evidence of {} over no such curve. Of the joints and variables that could carry it, this one "
-                    "has a probability of {}.",
-                    percent(law.heldout_share), number(law.heldout_gain, 3), number(law.evidence, 3),
-                    probability(law.probability));
+    const std::string of_rest = fmt::format(
+        "It takes away {} of the validate recordings' residual energy (log-likelihood {} higher), and has a "
+        "log evidence of {} over no such curve. Of the joints and variables that could carry it, this one "
+        "has a probability of {}.",
+        percent(law.heldout_share), number(law.heldout_gain, 3), number(law.evidence, 3), probability(law.probability));
     out += element("div",
                    element("h3", text(fmt::format("Learned effort at {}", law.place))) +
                        paragraph(law.description + ".") + plot(law) + paragraph(of_rest),

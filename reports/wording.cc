@@ -74,8 +74,7 @@ std::string parameter_words(const Finding& finding) {
 
 /// "the test residual falls from 4.0 to 1.01 times the noise"; "" where there is no residual.
 /// `joint` empty: of all joints.
-std::string improvement(const Scenario& scenario, const Diagnosis& diagnosis, const std::string& joint) {
-  const Role role = judged_role(diagnosis.after);
+std::string improvement(const Scenario& scenario, const Diagnosis& diagnosis, const std::string& joint, Role role) {
   const JointRms &before = rms_in(diagnosis.before, role), &after = rms_in(diagnosis.after, role);
   const auto only = [&](const JointRms& rms) { return joint.empty() ? rms : JointRms{{joint, entry_of(rms, joint)}}; };
   double from = over_noise(only(before), only(diagnosis.noise)), to = over_noise(only(after), only(diagnosis.noise));
@@ -144,7 +143,7 @@ std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
   const std::string joint = one && std::isfinite(entry_of(rms_in(d.after, judged_role(d.after)), d.findings[0].place))
                                 ? d.findings[0].place
                                 : "";
-  const std::string better = improvement(scenario, d, joint);
+  const std::string better = improvement(scenario, d, joint, judged_role(d.after));
   if (!better.empty()) out += fmt::format("; with {} {}", one ? "it" : "them", better);
   return out + ".";
 }
@@ -168,8 +167,23 @@ std::string learned_sentence(const Scenario& scenario, const Diagnosis& d) {
   if (d.learned.empty()) return {};
   std::string out;
   for (const LearnedLaw& law : d.learned) out += " Learned from the recordings: " + law.description + ".";
-  const std::string better = improvement(scenario, d, "");
+  const std::string better = improvement(scenario, d, "", judged_role(d.after));
   if (!better.empty()) out += fmt::format(" With {} {}.", d.learned.size() == 1 ? "it" : "them", better);
+  return out;
+}
+
+/// What happened in the recordings; "" where nothing did. Nothing can foretell what happened in a test recording, so
+/// that its figures say nothing of events.
+std::string event_sentence(const Scenario& scenario, const Diagnosis& d) {
+  if (d.events.empty()) return {};
+  std::string out;
+  bool in_test = false, elsewhere = false;
+  for (const std::vector<LearnedEvent>& events : alike(d.events)) out += " Events at " + description_of(events) + ".";
+  for (const LearnedEvent& event : d.events) (event.role == Role::test ? in_test : elsewhere) = true;
+  const Role role = rms_in(d.after, Role::validate).empty() ? Role::train : Role::validate;
+  const std::string better = improvement(scenario, d, "", role);
+  if (elsewhere && !better.empty()) out += " With what happened in it taken into account " + better + ".";
+  if (in_test) out += " What happened in the test recordings stays in their figures.";
   return out;
 }
 
@@ -334,11 +348,38 @@ std::string rest_words(const Diagnosis& diagnosis) {
          (diagnosis.findings.empty() ? "is more than noise" : "remains above the noise");
 }
 
+std::string event_words(const LearnedEvent& event) {
+  const bool sized = event.kind != EventSpec::Kind::command || event.value != 0.0;
+  const std::string size = sized ? " of " + quantity(event.value, event.unit, 3) : "";
+  return fmt::format("{}{} in {} from {} to {} s", event.resembles, size, event.recording, number(event.from, 4),
+                     number(event.to, 4));
+}
+
+std::vector<std::vector<LearnedEvent>> alike(const std::vector<LearnedEvent>& events) {
+  std::vector<std::vector<LearnedEvent>> out;
+  for (const LearnedEvent& event : events) {
+    const auto same = std::ranges::find_if(out, [&](const std::vector<LearnedEvent>& group) {
+      return group.front().kind == event.kind && group.front().place == event.place;
+    });
+    (same == out.end() ? out.emplace_back() : *same).push_back(event);
+  }
+  return out;
+}
+
+std::string description_of(const std::vector<LearnedEvent>& events) {
+  constexpr std::size_t kTold = 3;
+  std::vector<std::string> parts;
+  for (const LearnedEvent& event : events)
+    if (parts.size() < kTold) parts.push_back(event_words(event));
+  if (events.size() > kTold) parts.push_back(fmt::format("{} more", events.size() - kTold));
+  return events.front().place + ": " + list_of(parts);
+}
+
 std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosis) {
   std::string out = diagnosis.verdict == Verdict::consistent        ? consistent_sentence(scenario, diagnosis)
                     : diagnosis.verdict == Verdict::unknown_physics ? unknown_sentence(diagnosis)
                                                                     : found_sentence(scenario, diagnosis);
-  out += learned_sentence(scenario, diagnosis);
+  out += learned_sentence(scenario, diagnosis) + event_sentence(scenario, diagnosis);
   if (!diagnosis.worse.empty()) out += " At " + list_of(diagnosis.worse) + " the test residual grew.";
   return out;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "diagnosis/diagnosis.h"
 
@@ -59,6 +60,13 @@ Role judged_role(const FitResult& fit);
 /// How much is left: "34 % of the held-out residual energy remains above the noise", or where nothing was found, and so
 /// nothing removed, "... is more than noise".
 std::string rest_words(const Diagnosis& diagnosis);
+
+/// "a push of 12 N m in train_1.csv from 6.1 to 6.6 s".
+std::string event_words(const LearnedEvent& event);
+/// Events of one kind at one joint, group by group.
+std::vector<std::vector<LearnedEvent>> alike(const std::vector<LearnedEvent>& events);
+/// Of such a group: "joint_2: a push of 12 N m in train_1.csv from 6.1 to 6.6 s, ... and 3 more".
+std::string description_of(const std::vector<LearnedEvent>& events);
 
 /// What was found, in one plain sentence; a second one names the joints that got worse.
 std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosis);

@@ -21,6 +21,14 @@ const char* to_string(ChannelKind kind) {
   return "";
 }
 
+const char* to_string(EventSpec::Kind kind) {
+  switch (kind) {
+    case EventSpec::Kind::effort: return "learned_effort";
+    case EventSpec::Kind::command: return "learned_command";
+    default: return "learned_reading";
+  }
+}
+
 const char* to_string(Role role) {
   switch (role) {
     case Role::train: return "train";

@@ -37,6 +37,24 @@ struct EffectSpec {
   std::string where;
 };
 
+/// What happened once in a recording and is no part of the machine, as a diagnosis writes it:
+/// `{effect: learned_effort, where: joint_2, events: [{recording: train_1.csv, from: 6.1, to: 6.6, value: 1.2}]}`.
+struct EventSpec {
+  enum class Kind {
+    effort,   ///< `learned_effort`, a push: N m (N) on the joint besides all else
+    command,  ///< `learned_command`, lost or repeated: what arrived in place of what is recorded, command's unit
+    reading   ///< `learned_reading`, a slip of the position's transducer: rad (m) on top of what it would read
+  };
+  Kind kind = Kind::effort;
+  std::string joint, file;      ///< recording's, as written
+  double from = 0.0, to = 0.0;  ///< s, on the recording's own clock
+  double value = 0.0;
+  double rise = 0.0;  ///< s, in which an effort comes and goes, within `from` and `to`
+  std::string where;
+};
+/// The effect's name in a scenario ("learned_effort").
+const char* to_string(EventSpec::Kind kind);
+
 /// Which parameters are free. `name` is a kind ("gain": that parameter of every joint; "mass": of every moving link)
 /// or one full name ("joint_2.gain", "link_3.mass", "joint_2.coulomb_friction.Fc").
 struct IdentifySpec {
@@ -113,6 +131,7 @@ struct Scenario {
       noise;  ///< rms in channel units, per kind and joint; absent: estimated
   std::vector<RecordingSpec> recordings;
   std::vector<EffectSpec> effects;
+  std::vector<EventSpec> events;
   Prediction prediction = FreeRun{};
   std::optional<MotionSpec> motion;
   std::vector<std::string> notes;  ///< what loading ignored or counted (meshes, missing samples)

@@ -280,10 +280,8 @@ std::map<std::string, double> curve_of(const YamlCursor& entry) {
   const double from = places.front().number(), to = places.back().number();
   const double spacing = (to - from) / static_cast<double>(places.size() - 1);
   if (!(spacing > 0.0)) knots.fail("knots in increasing order");
-  std::map<std::string, double> out{{"over", variable == "q" ? 0.0 : 1.0},
-                                    {"from", from},
-                                    {"to", to},
-                                    {"knots", static_cast<double>(places.size())}};
+  std::map<std::string, double> out{
+      {"over", variable == "q" ? 0.0 : 1.0}, {"from", from}, {"to", to}, {"knots", static_cast<double>(places.size())}};
   for (std::size_t k = 0; k < places.size(); ++k) {
     const double even = from + static_cast<double>(k) * spacing;
     if (std::fabs(places[k].number() - even) > kEven * spacing) places[k].fail("knots at even distances");
@@ -293,6 +291,12 @@ std::map<std::string, double> curve_of(const YamlCursor& entry) {
 }
 
 }  // namespace
+
+void ScenarioParser::expect_recording(const std::string& file, const YamlCursor& at) const {
+  const bool known = std::any_of(out_.recordings.begin(), out_.recordings.end(),
+                                 [&](const RecordingSpec& recording) { return recording.file == file; });
+  if (!known) at.fail("a file listed under recordings");
+}
 
 EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
   entry.expect_keys({"effect", "where", "parameters", "recordings", "probability", "over", "knots", "values"});
@@ -314,9 +318,7 @@ EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
   if (const auto recordings = entry.find("recordings"))
     for (const YamlCursor& item : recordings->items()) {
       const std::string file = item.text();
-      const bool known = std::any_of(out_.recordings.begin(), out_.recordings.end(),
-                                     [&](const RecordingSpec& recording) { return recording.file == file; });
-      if (!known) item.fail("a file listed under recordings");
+      expect_recording(file, item);
       if (std::find(spec.recordings.begin(), spec.recordings.end(), file) != spec.recordings.end())
         item.fail("each recording once");
       spec.recordings.push_back(file);
@@ -324,8 +326,39 @@ EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
   return spec;
 }
 
+void ScenarioParser::parse_events(const YamlCursor& entry, EventSpec::Kind kind) {
+  entry.expect_keys({"effect", "where", "events", "probability"});
+  const YamlCursor place = entry.at("where");
+  EventSpec spec{kind, place.text(), "", 0.0, 0.0, 0.0, 0.0, ""};
+  expect_joint(spec.joint, place);
+  for (const YamlCursor& item : entry.at("events").items()) {
+    item.expect_keys({"recording", "from", "to", "value", "rise"});
+    spec.where = item.where();
+    spec.file = item.at("recording").text();
+    expect_recording(spec.file, item.at("recording"));
+    spec.from = item.at("from").number(), spec.to = item.at("to").number();
+    if (!(spec.from < spec.to)) item.at("to").fail(fmt::format("s, after from ({})", format_number(spec.from)));
+    spec.value = item.at("value").number();
+    const auto rise = item.find("rise");
+    spec.rise = rise ? rise->number() : 0.0;
+    if (rise && kind != EventSpec::Kind::effort) rise->fail("nothing: only learned_effort takes it");
+    if (!(spec.rise >= 0.0 && spec.rise <= 0.5 * (spec.to - spec.from))) rise->fail("s, from 0 to half of the event");
+    out_.events.push_back(spec);
+  }
+}
+
+/// What was learned of single instants stands beside what is learned of the machine.
 void ScenarioParser::parse_effects(const YamlCursor& section) {
-  for (const YamlCursor& entry : section.items()) out_.effects.push_back(parse_effect(entry));
+  using Kind = EventSpec::Kind;
+  for (const YamlCursor& entry : section.items()) {
+    const std::string effect = entry.at("effect").text();
+    const auto kinds = {Kind::effort, Kind::command, Kind::reading};
+    const auto kind = std::ranges::find_if(kinds, [&](Kind k) { return effect == to_string(k); });
+    if (kind != kinds.end() && (*kind != Kind::effort || entry.find("events")))
+      parse_events(entry, *kind);
+    else
+      out_.effects.push_back(parse_effect(entry));
+  }
 }
 
 /// Loads carried in some recordings: a payload effect each. One without a mass is free, to be identified.
@@ -349,9 +382,7 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
     }
     for (const YamlCursor& item : entry.at("recordings").items()) {
       const std::string file = item.text();
-      const bool known = std::any_of(out_.recordings.begin(), out_.recordings.end(),
-                                     [&](const RecordingSpec& recording) { return recording.file == file; });
-      if (!known) item.fail("a file listed under recordings");
+      expect_recording(file, item);
       spec.recordings.push_back(file);
     }
     if (!mass) {

@@ -32,6 +32,8 @@ class ScenarioParser {
   void parse_motion(const YamlCursor& section);
 
   EffectSpec parse_effect(const YamlCursor& entry) const;
+  void expect_recording(const std::string& file, const YamlCursor& at) const;
+  void parse_events(const YamlCursor& entry, EventSpec::Kind kind);
   RecordingSpec parse_recording(const YamlCursor& entry) const;
   void expect_joint(const std::string& name, const YamlCursor& at) const;
   void refuse_shared_columns() const;

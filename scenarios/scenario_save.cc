@@ -174,6 +174,11 @@ std::string effects_text(const Scenario& scenario, const std::map<std::string, s
     }
     out += files.empty() ? "}\n" : ", recordings: [" + files + "]}\n";
   }
+  for (const EventSpec& event : scenario.events)
+    out += fmt::format("  - {{effect: {}, where: {}, events: [{{recording: {}, from: {}, to: {}, value: {}{}}}]}}\n",
+                       to_string(event.kind), scalar(event.joint), scalar(moved.at(event.file)),
+                       format_number(event.from), format_number(event.to), format_number(event.value),
+                       event.rise > 0.0 ? ", rise: " + format_number(event.rise) : "");
   return out.empty() ? out : "effects:\n" + out;
 }
 

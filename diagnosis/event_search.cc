@@ -1,0 +1,327 @@
+#include "diagnosis/event_search.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/linear_look.h"
+#include "diagnosis/projector.h"
+
+namespace lacuna {
+namespace {
+
+constexpr std::size_t kMostEdges = 250;  ///< instants at which a rectangle may begin or end, at first
+constexpr double kLongest = 0.25;        ///< of the recording: what lasts longer is no event
+constexpr std::size_t kMost = 12;        ///< in one segment
+constexpr double kMostOfIt = 0.5;        ///< of what a segment leaves beyond the noise, that its events take away
+constexpr int kEdgeSteps = 2;            ///< either way that an edge is moved at a time
+constexpr double kFinest = 0.25;         ///< samples, to which an effort's edges are found
+
+Eigen::MatrixXd row_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// All rectangles of one kind at one joint of a segment: columns `steps` are what there is from the start to each edge,
+/// on the segment's own rows; `gram` of what the parameters leave of them.
+struct Offer {
+  std::size_t part = 0;
+  EventSpec::Kind kind = EventSpec::Kind::effort;
+  int joint = 0;
+  std::vector<double> edges;  ///< s
+  Eigen::MatrixXd steps, gram;
+
+  /// A slip of a transducer may last to the end.
+  bool is_short(Eigen::Index from, Eigen::Index to) const {
+    if (static_cast<double>(to - from) <= kLongest * static_cast<double>(edges.size() - 1)) return true;
+    return kind == EventSpec::Kind::reading && from > 0;
+  }
+};
+
+/// One segment's share of the rows.
+struct Part {
+  int segment = 0;
+  Eigen::Index first = 0, count = 0;
+  std::unique_ptr<LinearLook> look;
+  bool more_than_noise = false;
+};
+
+/// Segments under one model: what they leave and what rectangles would change of that.
+class EventView {
+ public:
+  EventView(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
+            const std::vector<int>& segments, bool fitted)
+      : experiment_(experiment), noise_(noise_levels(experiment)) {
+    Problem problem(model.model, experiment, model.space, sets.simulator(), model.weights);
+    blocks_ = problem.layout(segments);
+    rest_ = problem.residual(model.fit.point, segments);
+    for (std::size_t c = 0; c < noise_.size(); ++c) noise_[c] /= model.weights[c];
+    if (fitted && model.fit.jacobian.rows() == rest_.size() && model.fit.jacobian.allFinite())
+      basis_ = Projector(model.fit.jacobian).basis();
+    else
+      basis_.resize(rest_.size(), 0);
+    for (const int segment : segments) add_part(sets, model, segment);
+    rest_ -= basis_ * (basis_.transpose() * rest_);
+  }
+
+  bool is_usable() const { return rest_.allFinite(); }
+  const Eigen::VectorXd& rest() const { return rest_; }
+  const std::vector<Part>& parts() const { return parts_; }
+  const Segment& segment_of(const Part& part) const {
+    return experiment_.segments[static_cast<std::size_t>(part.segment)];
+  }
+  const Part& part_of(int segment) const {
+    return *std::ranges::find_if(parts_, [&](const Part& p) { return p.segment == segment; });
+  }
+
+  /// What a unit event changes, the parameters having taken up what they can.
+  Eigen::VectorXd change(const FoundEvent& found) const {
+    const Part& part = part_of(found.segment);
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(rest_.size());
+    out.segment(part.first, part.count) = own_change(part, found.event);
+    out.noalias() -=
+        basis_ * (basis_.middleRows(part.first, part.count).transpose() * out.segment(part.first, part.count)).eval();
+    return out;
+  }
+  Eigen::MatrixXd changes(const std::vector<FoundEvent>& events) const {
+    Eigen::MatrixXd out(rest_.size(), static_cast<Eigen::Index>(events.size()));
+    for (std::size_t k = 0; k < events.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = change(events[k]);
+    return out;
+  }
+
+  /// Every rectangle in segments that leave more than noise.
+  void prepare() {
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (!parts_[p].more_than_noise || !parts_[p].look->is_linearised()) continue;
+      for (std::size_t j = 0; j < experiment_.joint_names.size(); ++j) {
+        offer({p, EventSpec::Kind::effort, static_cast<int>(j), {}, {}, {}});
+        const bool read = std::ranges::any_of(experiment_.channels, [&](const Channel& c) {
+          return c.kind == ChannelKind::position && c.joint == static_cast<int>(j);
+        });
+        if (read) offer({p, EventSpec::Kind::reading, static_cast<int>(j), {}, {}, {}});
+      }
+    }
+  }
+  /// The best rectangle in `left`, of segments that are not full; nothing where none can be.
+  std::optional<FoundEvent> best(const Eigen::VectorXd& left, const std::vector<FoundEvent>& have) const {
+    std::optional<FoundEvent> out;
+    double most = 0.0;
+    for (const Offer& offer : offers_) {
+      const Part& part = parts_[offer.part];
+      const auto here = [&](const FoundEvent& f) { return f.segment == part.segment; };
+      if (!part.more_than_noise || static_cast<std::size_t>(std::ranges::count_if(have, here)) >= kMost) continue;
+      const Eigen::VectorXd b = offer.steps.transpose() * left.segment(part.first, part.count);
+      for (Eigen::Index from = 0; from < b.size(); ++from)
+        for (Eigen::Index to = from + 1; to < b.size() && offer.is_short(from, to); ++to) {
+          const double energy = offer.gram(to, to) - 2.0 * offer.gram(to, from) + offer.gram(from, from);
+          const double along = b(to) - b(from);
+          if (!(energy > 0.0) || !(along * along > most * energy)) continue;
+          most = along * along / energy;
+          out = FoundEvent{part.segment,
+                           {offer.kind, offer.joint, offer.edges[static_cast<std::size_t>(from)],
+                            offer.edges[static_cast<std::size_t>(to)], -along / energy}};
+        }
+    }
+    return out;
+  }
+  /// Which parts leave more than noise now: no other needs a further event.
+  void look_again(const Eigen::VectorXd& left) {
+    for (Part& part : parts_) part.more_than_noise = !excess_over_noise(left, blocks_of(part.segment), noise_).empty();
+  }
+  /// Rectangles that were offered.
+  double tried() const {
+    double out = 0.0;
+    for (const Offer& offer : offers_) out += kLongest * std::pow(static_cast<double>(offer.edges.size()), 2);
+    return std::max(out, 1.0);
+  }
+
+  /// Samples of `left` that say one thing each.
+  double effective(const Eigen::VectorXd& left) const {
+    const Colour colour(left, blocks_, noise_);
+    double out = 0.0;
+    for (const ResidualBlock& b : blocks_) out += static_cast<double>(b.count) / colour.correlation_samples(b.channel);
+    return out;
+  }
+  /// Energy that noise alone would leave of a part; 0 where it is unknown.
+  double floor(const Part& part) const {
+    double out = 0.0;
+    for (const ResidualBlock& b : blocks_) {
+      const double noise = noise_[static_cast<std::size_t>(b.channel)];
+      if (b.segment == part.segment && noise > 0.0) out += noise * noise * static_cast<double>(b.count);
+    }
+    return out;
+  }
+
+ private:
+  void add_part(const Hypotheses& sets, const CurrentModel& model, int segment) {
+    Part part{segment, rest_.size(), 0, nullptr, false};
+    const std::vector<ResidualBlock> own = blocks_of(segment);
+    for (const ResidualBlock& b : own) part.first = std::min(part.first, b.first), part.count += b.count;
+    part.more_than_noise = !excess_over_noise(rest_, own, noise_).empty();
+    part.look = std::make_unique<LinearLook>(model, experiment_, sets.simulator(), std::vector<int>{segment});
+    parts_.push_back(std::move(part));
+  }
+  std::vector<ResidualBlock> blocks_of(int segment) const {
+    std::vector<ResidualBlock> out;
+    for (const ResidualBlock& b : blocks_)
+      if (b.segment == segment) out.push_back(b);
+    return out;
+  }
+  Eigen::VectorXd own_change(const Part& part, const Event& event) const {
+    const Segment& segment = segment_of(part);
+    if (event.kind == EventSpec::Kind::effort)
+      return part.look->changes_at(event.joint, {row_of(mean_of_intervals(segment, event))});
+    return part.look->changes_read(event.joint, {row_of(value_at_samples(segment, event))});
+  }
+  void offer(Offer offer) {
+    const Part& part = parts_[offer.part];
+    const Segment& segment = segment_of(part);
+    const std::size_t pieces = std::min(segment.count, kMostEdges) - 1;
+    offer.steps.resize(part.count, static_cast<Eigen::Index>(pieces) + 1);
+    for (std::size_t k = 0; k <= pieces; ++k) {
+      offer.edges.push_back(segment.time(k * (segment.count - 1) / pieces));
+      offer.steps.col(static_cast<Eigen::Index>(k)) =
+          own_change(part, {offer.kind, offer.joint, segment.time(0), offer.edges.back(), 1.0});
+    }
+    const Eigen::MatrixXd taken_up = basis_.middleRows(part.first, part.count).transpose() * offer.steps;
+    offer.gram = offer.steps.transpose() * offer.steps - taken_up.transpose() * taken_up;
+    if (offer.steps.allFinite()) offers_.push_back(std::move(offer));
+  }
+
+  const Experiment& experiment_;
+  std::vector<double> noise_;  ///< by channel, in the residual's unit
+  std::vector<ResidualBlock> blocks_;
+  Eigen::VectorXd rest_;
+  Eigen::MatrixXd basis_;  ///< orthonormal, of what the parameters take up
+  std::vector<Part> parts_;
+  std::vector<Offer> offers_;
+};
+
+/// Sizes of all events together, by least squares, and what they leave.
+Eigen::VectorXd size_all(std::vector<FoundEvent>& events, const Eigen::MatrixXd& columns, const Eigen::VectorXd& rest) {
+  if (events.empty()) return rest;
+  const Eigen::VectorXd sizes = columns.colPivHouseholderQr().solve(-rest);
+  for (std::size_t k = 0; k < events.size(); ++k) events[k].event.value = sizes(static_cast<Eigen::Index>(k));
+  return rest + columns * sizes;
+}
+
+std::vector<FoundEvent> all_but(const std::vector<FoundEvent>& events, std::size_t k) {
+  std::vector<FoundEvent> out = events;
+  out.erase(out.begin() + static_cast<std::ptrdiff_t>(k));
+  return out;
+}
+
+/// Moves both edges of one event, the others as they are, by steps that become shorter.
+void move_edges(const EventView& view, const Eigen::VectorXd& without, double step, FoundEvent& found) {
+  const Segment& segment = view.segment_of(view.part_of(found.segment));
+  const double sample = segment.time(1) - segment.time(0), begin = segment.time(0),
+               end = segment.time(segment.count - 1);
+  const double finest = found.event.kind == EventSpec::Kind::effort ? kFinest * sample : sample;
+  const auto score = [&](const FoundEvent& e) {
+    const Eigen::VectorXd column = view.change(e);
+    const double energy = column.squaredNorm(), along = column.dot(without);
+    return energy > 0.0 ? along * along / energy : 0.0;
+  };
+  const std::vector<double> rises =
+      found.event.kind == EventSpec::Kind::effort ? std::vector<double>{0.0, 0.2, 0.35, 0.5} : std::vector<double>{0.0};
+  for (double best = score(found); step > 0.99 * finest; step *= 0.5) {
+    const FoundEvent from = found;
+    for (int a = -kEdgeSteps; a <= kEdgeSteps; ++a)
+      for (int b = -kEdgeSteps; b <= kEdgeSteps; ++b)
+        for (const double rise : rises) {
+          FoundEvent tried = from;
+          tried.event.begin = std::max(begin, from.event.begin + a * step);
+          tried.event.end = std::min(end, from.event.end + b * step);
+          tried.event.rise = rise * (tried.event.end - tried.event.begin);
+          if (!(tried.event.end - tried.event.begin > 0.5 * sample)) continue;
+          const double here = score(tried);
+          if (here > best) best = here, found = tried;
+        }
+  }
+}
+
+/// One event's edges, the others sized anew; what all leave.
+Eigen::VectorXd move_one(const EventView& view, std::vector<FoundEvent>& events, std::size_t k) {
+  std::vector<FoundEvent> others = all_but(events, k);
+  const Segment& segment = view.segment_of(view.part_of(events[k].segment));
+  const double step = 0.5 * (segment.time(segment.count - 1) - segment.time(0)) /
+                      static_cast<double>(std::min(segment.count, kMostEdges));
+  move_edges(view, size_all(others, view.changes(others), view.rest()), step, events[k]);
+  return size_all(events, view.changes(events), view.rest());
+}
+
+Eigen::VectorXd move_all(const EventView& view, std::vector<FoundEvent>& events) {
+  Eigen::VectorXd left = view.rest();
+  for (std::size_t k = 0; k < events.size(); ++k) left = move_one(view, events, k);
+  return left;
+}
+
+/// Sets the log evidence of each over the rest without it.
+void weigh(const EventView& view, std::vector<FoundEvent>& events, const Eigen::VectorXd& left) {
+  const double effective = view.effective(left), energy = left.squaredNorm();
+  for (std::size_t k = 0; k < events.size(); ++k) {
+    std::vector<FoundEvent> others = all_but(events, k);
+    const double without = size_all(others, view.changes(others), view.rest()).squaredNorm();
+    events[k].evidence = 0.5 * effective * std::log(without / energy) - std::log(view.tried()) -
+                         0.5 * std::log(std::max(effective, 1.0));
+  }
+}
+
+/// Segments of which events do not take away most of what is beyond the noise.
+std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& left) {
+  std::set<int> out;
+  for (const Part& part : view.parts()) {
+    const double all = view.rest().segment(part.first, part.count).squaredNorm();
+    const double taken = all - left.segment(part.first, part.count).squaredNorm();
+    if (taken < kMostOfIt * (all - view.floor(part))) out.insert(part.segment);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
+                                      const std::vector<int>& segments, bool fitted) {
+  EventView view(sets, model, experiment, segments, fitted);
+  std::vector<FoundEvent> events;
+  if (!view.is_usable()) return events;
+  view.prepare();
+  Eigen::VectorXd left = view.rest();
+  while (const std::optional<FoundEvent> next = view.best(left, events)) {
+    events.push_back(*next);
+    left = move_one(view, events, events.size() - 1);
+    view.look_again(left);
+  }
+  // What is not needed is taken out, the weakest first; the others' edges move into its place.
+  for (;;) {
+    left = move_all(view, events);
+    weigh(view, events, left);
+    const auto weakest = std::ranges::min_element(events, {}, &FoundEvent::evidence);
+    if (weakest == events.end() || weakest->evidence > kWorthLearning) break;
+    events.erase(weakest);
+  }
+  const std::set<int> little = little_explained(view, left);
+  std::erase_if(events, [&](const FoundEvent& f) { return little.count(f.segment) > 0; });
+  std::ranges::sort(events, {}, [](const FoundEvent& f) { return std::pair(f.segment, f.event.begin); });
+  return events;
+}
+
+void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment& with,
+             const std::vector<int>& segments, bool fitted, std::vector<FoundEvent>& events) {
+  const EventView view(sets, model, with, segments, fitted);
+  if (!view.is_usable()) return;
+  for (FoundEvent& found : events) {
+    if (found.event.kind == EventSpec::Kind::command || !view.part_of(found.segment).look->is_linearised()) continue;
+    const Segment& segment = view.segment_of(view.part_of(found.segment));
+    const Eigen::VectorXd without = view.rest() - found.event.value * view.change(found);
+    move_edges(view, without, 2.0 * (segment.time(1) - segment.time(0)), found);
+    const Eigen::VectorXd column = view.change(found);
+    found.event.value = -column.dot(without) / column.squaredNorm();
+  }
+}
+
+}  // namespace lacuna
