@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMostEdges = 250;  ///< instants at which a rectangle may begin or end, at first
 constexpr double kLongest = 0.25;        ///< of the recording: what lasts longer is no event
-constexpr std::size_t kMost = 12;        ///< in one segment
+constexpr std::size_t kMost = 8;         ///< in one segment
 constexpr double kMostOfIt = 0.5;        ///< of what a segment leaves beyond the noise, that its events take away
 constexpr int kEdgeSteps = 2;            ///< either way that an edge is moved at a time
 constexpr double kFinest = 0.25;         ///< samples, to which an effort's edges are found
@@ -81,10 +81,22 @@ class EventView {
   /// What a unit event changes, the parameters having taken up what they can.
   Eigen::VectorXd change(const FoundEvent& found) const {
     const Part& part = part_of(found.segment);
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(rest_.size());
-    out.segment(part.first, part.count) = own_change(part, found.event);
-    out.noalias() -=
-        basis_ * (basis_.middleRows(part.first, part.count).transpose() * out.segment(part.first, part.count)).eval();
+    return projected(part, own_changes(part, {found.event}));
+  }
+  /// Energy that each of several events of one kind, joint and segment takes away of `left` at its best size.
+  std::vector<double> scores(const std::vector<FoundEvent>& alike, const Eigen::VectorXd& left) const {
+    const Part& part = part_of(alike.front().segment);
+    std::vector<Event> events;
+    for (const FoundEvent& one : alike) events.push_back(one.event);
+    const Eigen::MatrixXd own = own_changes(part, events);
+    const Eigen::MatrixXd taken_up = basis_.middleRows(part.first, part.count).transpose() * own;
+    // `left` has no share of what the parameters take up.
+    const Eigen::VectorXd along = own.transpose() * left.segment(part.first, part.count);
+    std::vector<double> out;
+    for (Eigen::Index k = 0; k < own.cols(); ++k) {
+      const double energy = own.col(k).squaredNorm() - taken_up.col(k).squaredNorm();
+      out.push_back(energy > 0.0 ? along(k) * along(k) / energy : 0.0);
+    }
     return out;
   }
   Eigen::MatrixXd changes(const std::vector<FoundEvent>& events) const {
@@ -171,22 +183,35 @@ class EventView {
       if (b.segment == segment) out.push_back(b);
     return out;
   }
-  Eigen::VectorXd own_change(const Part& part, const Event& event) const {
+  /// Of unit events of one kind at one joint, one a column, on the part's own rows.
+  Eigen::MatrixXd own_changes(const Part& part, const std::vector<Event>& events) const {
     const Segment& segment = segment_of(part);
-    if (event.kind == EventSpec::Kind::effort)
-      return part.look->changes_at(event.joint, {row_of(mean_of_intervals(segment, event))});
-    return part.look->changes_read(event.joint, {row_of(value_at_samples(segment, event))});
+    const bool effort = events.front().kind == EventSpec::Kind::effort;
+    Eigen::MatrixXd courses(static_cast<Eigen::Index>(events.size()),
+                            static_cast<Eigen::Index>(effort ? segment.count - 1 : segment.count));
+    for (std::size_t k = 0; k < events.size(); ++k)
+      courses.row(static_cast<Eigen::Index>(k)) =
+          row_of(effort ? mean_of_intervals(segment, events[k]) : value_at_samples(segment, events[k]));
+    const int joint = events.front().joint;
+    return effort ? part.look->changes_at(joint, {courses}) : part.look->changes_read(joint, {courses});
+  }
+  /// The same on all rows, the parameters having taken up what they can.
+  Eigen::MatrixXd projected(const Part& part, const Eigen::MatrixXd& own) const {
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rest_.size(), own.cols());
+    out.middleRows(part.first, part.count) = own;
+    out.noalias() -= basis_ * (basis_.middleRows(part.first, part.count).transpose() * own).eval();
+    return out;
   }
   void offer(Offer offer) {
     const Part& part = parts_[offer.part];
     const Segment& segment = segment_of(part);
     const std::size_t pieces = std::min(segment.count, kMostEdges) - 1;
-    offer.steps.resize(part.count, static_cast<Eigen::Index>(pieces) + 1);
+    std::vector<Event> from_start;
     for (std::size_t k = 0; k <= pieces; ++k) {
       offer.edges.push_back(segment.time(k * (segment.count - 1) / pieces));
-      offer.steps.col(static_cast<Eigen::Index>(k)) =
-          own_change(part, {offer.kind, offer.joint, segment.time(0), offer.edges.back(), 1.0});
+      from_start.push_back({offer.kind, offer.joint, segment.time(0), offer.edges.back(), 1.0});
     }
+    offer.steps = own_changes(part, from_start);
     const Eigen::MatrixXd taken_up = basis_.middleRows(part.first, part.count).transpose() * offer.steps;
     offer.gram = offer.steps.transpose() * offer.steps - taken_up.transpose() * taken_up;
     if (offer.steps.allFinite()) offers_.push_back(std::move(offer));
@@ -221,14 +246,10 @@ void move_edges(const EventView& view, const Eigen::VectorXd& without, double st
   const double sample = segment.time(1) - segment.time(0), begin = segment.time(0),
                end = segment.time(segment.count - 1);
   const double finest = found.event.kind == EventSpec::Kind::effort ? kFinest * sample : sample;
-  const auto score = [&](const FoundEvent& e) {
-    const Eigen::VectorXd column = view.change(e);
-    const double energy = column.squaredNorm(), along = column.dot(without);
-    return energy > 0.0 ? along * along / energy : 0.0;
-  };
   const std::vector<double> rises =
       found.event.kind == EventSpec::Kind::effort ? std::vector<double>{0.0, 0.2, 0.35, 0.5} : std::vector<double>{0.0};
-  for (double best = score(found); step > 0.99 * finest; step *= 0.5) {
+  for (; step > 0.99 * finest; step *= 0.5) {
+    std::vector<FoundEvent> offered{found};
     const FoundEvent from = found;
     for (int a = -kEdgeSteps; a <= kEdgeSteps; ++a)
       for (int b = -kEdgeSteps; b <= kEdgeSteps; ++b)
@@ -237,10 +258,10 @@ void move_edges(const EventView& view, const Eigen::VectorXd& without, double st
           tried.event.begin = std::max(begin, from.event.begin + a * step);
           tried.event.end = std::min(end, from.event.end + b * step);
           tried.event.rise = rise * (tried.event.end - tried.event.begin);
-          if (!(tried.event.end - tried.event.begin > 0.5 * sample)) continue;
-          const double here = score(tried);
-          if (here > best) best = here, found = tried;
+          if (tried.event.end - tried.event.begin > 0.5 * sample) offered.push_back(tried);
         }
+    const std::vector<double> scores = view.scores(offered, without);
+    found = offered[static_cast<std::size_t>(std::ranges::max_element(scores) - scores.begin())];
   }
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <optional>
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/event_search.h"
@@ -13,7 +15,9 @@ namespace {
 constexpr double kTouching = 0.1;  ///< s between rectangles of one event, at most
 constexpr int kSharpened = 3;      ///< times that events are sized anew about the motion with them
 constexpr double kStands = 1e-3;   ///< relative change of what is left, under which they stay as they are
-constexpr int kShifts = 4;         ///< samples either way that the edges of a lost command are looked for
+constexpr int kRounds = 6;         ///< at most
+constexpr double kWake = 0.05;     ///< of the recording, on either side of a stronger event
+constexpr int kShifts = 8;         ///< samples, by which the edges of a lost command are moved at first
 constexpr int kRefitSteps = 10;
 
 using Events = std::vector<FoundEvent>;
@@ -55,7 +59,7 @@ class EventFinder {
  public:
   EventFinder(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
               const RunControl& control)
-      : recorded_(experiment), simulator_(simulator), control_(control), model_(current) {
+      : recorded_(experiment), simulator_(simulator), control_(control), model_(current), weights_(current.weights) {
     control_.progress = nullptr;
   }
 
@@ -71,25 +75,50 @@ class EventFinder {
   }
 
  private:
-  /// Searched to first order, then put into the simulation; those of the train recordings with the model's numbers
-  /// fitted beside them.
+  /// In rounds: searched to first order, then put into the simulation, those of the train recordings with the model's
+  /// numbers fitted beside them.
   Events found_in(Role role) {
     const std::vector<int> segments = recorded_.with_role(role);
-    if (segments.empty()) return {};
     const bool fitted = role == Role::train;
-    const Hypotheses sets(model_, recorded_, simulator_, control_);
-    Events events = search_events(sets, model_, recorded_, segments, fitted);
-    if (events.empty()) return events;
-    settle(segments, fitted, events);
-    name_commands(events);
-    if (fitted) settle(segments, fitted, events);
+    Events events;
+    for (int round = 0; round < kRounds && !segments.empty(); ++round) {
+      const Experiment with = with_events(recorded_, events);
+      const Hypotheses sets(model_, with, simulator_, control_);
+      const Events more = foremost(search_events(sets, model_, with, segments, fitted));
+      if (more.empty()) break;
+      Events all = events;
+      all.insert(all.end(), more.begin(), more.end());
+      const double before = left_of(model_, with, segments);
+      if (!settle(segments, fitted, before, all)) break;
+      name_commands(all);
+      drop_needless(segments, all);
+      settle(segments, fitted, before, all);
+      events = std::move(all);
+    }
     return events;
+  }
+
+  /// Those that no stronger one comes close to: what seems to happen in its wake may be what a rectangle and first
+  /// order leave of it.
+  Events foremost(Events events) const {
+    std::ranges::stable_sort(events, std::greater<>{}, &FoundEvent::evidence);
+    Events out;
+    for (const FoundEvent& one : events) {
+      const Segment& segment = recorded_.segments[static_cast<std::size_t>(one.segment)];
+      const double wake = kWake * (segment.time(segment.count - 1) - segment.time(0));
+      const bool follows = std::ranges::any_of(out, [&](const FoundEvent& other) {
+        return other.segment == one.segment && one.event.begin < other.event.end + wake &&
+               other.event.begin < one.event.end + wake;
+      });
+      if (!follows) out.push_back(one);
+    }
+    return out;
   }
 
   /// Energy that a model leaves of segments of an experiment, each on its own; in this finder's first weights.
   std::vector<double> left_by(const CurrentModel& model, const Experiment& experiment,
                               const std::vector<int>& segments) const {
-    Problem problem(model.model, experiment, model.space, simulator_, model_.weights);
+    Problem problem(model.model, experiment, model.space, simulator_, weights_);
     const Eigen::VectorXd rest = problem.residual(model.fit.point, segments);
     std::vector<double> out(segments.size(), 0.0);
     for (const ResidualBlock& b : problem.layout(segments)) {
@@ -103,72 +132,115 @@ class EventFinder {
     return std::accumulate(each.begin(), each.end(), 0.0);
   }
 
-  /// Sizes, edges and, where they are `fitted`, the model's numbers in full simulation, as long as less is left.
-  void settle(const std::vector<int>& segments, bool fitted, Events& events) {
+  /// Sizes, edges and, where they are `fitted`, the model's numbers in full simulation, as long as less is left. False:
+  /// never less than `before`.
+  bool settle(const std::vector<int>& segments, bool fitted, double before, Events& events) {
     Events tried = events;
-    double least = HUGE_VAL;
+    bool any = false;
+    double least = (1.0 - kStands) * before;
     for (int k = 0; k < kSharpened; ++k) {
       const Experiment with = with_events(recorded_, tried);
       CurrentModel model = model_;
       const Hypotheses sets(model_, with, simulator_, control_);
-      if (fitted && !sets.fit(model, kRefitSteps)) return;
+      if (fitted && !sets.fit(model, kRefitSteps)) break;
       const double left = left_of(model, with, segments);
-      if (!(left < least)) return;
-      const bool stands = left > (1.0 - kStands) * least;
-      least = left, events = tried;
+      if (!(left < least)) break;
+      const bool stands = any && left > (1.0 - kStands) * least;
+      least = left, events = tried, any = true;
       if (fitted) model_ = std::move(model);
-      if (stands) return;
+      if (stands) break;
       sharpen(Hypotheses(model_, with, simulator_, control_), model_, with, segments, fitted, tried);
     }
+    return any;
   }
 
-  /// Where an effort does no better than a command that was lost or stayed, it is that.
+  /// Where an effort does no better than a command that was lost or stayed, it is that; commands' edges are moved to
+  /// where they leave least.
   void name_commands(Events& events) const {
     for (const Events& group : joined(events)) {
-      if (group.front().event.kind != EventSpec::Kind::effort) continue;
-      const int segment = group.front().segment;
+      if (group.front().event.kind == EventSpec::Kind::reading) continue;
       const Events others = all_but(events, group);
-      const Segment without = with_events(recorded_, others).segments[static_cast<std::size_t>(segment)];
-      const Events offered = commands_around(without, group);
-      if (offered.empty()) continue;
+      double least = left_of(model_, with_events(recorded_, events), {group.front().segment});
+      if (const std::optional<FoundEvent> command = best_command(others, group, least)) {
+        events = others;
+        events.push_back(*command);
+      }
+    }
+  }
+  /// The lost or repeated command in place of a group that leaves less than `least` of its segment; by steps of the
+  /// edges that become shorter.
+  std::optional<FoundEvent> best_command(const Events& others, const Events& group, double least) const {
+    const auto segment = static_cast<std::size_t>(group.front().segment);
+    const Segment without = with_events(recorded_, others).segments[segment];
+    const auto joint = static_cast<std::size_t>(group.front().event.joint);
+    if (std::ranges::none_of(without.commands->value[joint], [](double x) { return x != 0.0; })) return std::nullopt;
+    std::optional<FoundEvent> best;
+    FoundEvent about = group.front();
+    for (const FoundEvent& one : group) {
+      about.event.end = std::max(about.event.end, one.event.end);
+      about.evidence = std::max(about.evidence, one.evidence);
+    }
+    for (int step = kShifts; step > 0; step /= 2) {
+      const Events offered = commands_around(without, about, step);
       Experiment trial = recorded_;
       trial.segments.assign(offered.size(), without);
       std::vector<int> all;
       for (std::size_t k = 0; k < offered.size(); ++k)
         add_event(trial.segments[k], offered[k].event), all.push_back(static_cast<int>(k));
       const std::vector<double> left = left_by(model_, trial, all);
-      const auto best = std::ranges::min_element(left);
-      if (!(*best < left_of(model_, with_events(recorded_, events), {segment}))) continue;
-      events = others;
-      events.push_back(offered[static_cast<std::size_t>(best - left.begin())]);
+      const auto here = std::ranges::min_element(left);
+      about = offered[static_cast<std::size_t>(here - left.begin())];
+      if (*here < least) least = *here, best = about;
     }
+    return best;
   }
-  /// Commands lost and repeated from about an instant to about another.
-  static Events commands_around(const Segment& segment, const Events& effort) {
-    const FoundEvent& first = effort.front();
-    const std::vector<double>& u = segment.commands->value[static_cast<std::size_t>(first.event.joint)];
-    if (std::ranges::none_of(u, [](double x) { return x != 0.0; })) return {};
+  /// Commands lost and repeated whose edges are up to two steps of samples away from an event's.
+  static Events commands_around(const Segment& segment, const FoundEvent& about, int step) {
+    const std::vector<double>& u = segment.commands->value[static_cast<std::size_t>(about.event.joint)];
+    const int last = static_cast<int>(segment.count) - 1;
     const auto sample_at = [&](double time) {
-      std::size_t k = 0;
-      while (k + 1 < segment.count && segment.time(k) < time) ++k;
-      return static_cast<int>(k);
+      int k = 0;
+      while (k < last && segment.time(static_cast<std::size_t>(k)) < time) ++k;
+      return k;
     };
-    double until = first.event.end, evidence = first.evidence;
-    for (const FoundEvent& one : effort)
-      until = std::max(until, one.event.end), evidence = std::max(evidence, one.evidence);
-    const int from = sample_at(first.event.begin), to = sample_at(until), last = static_cast<int>(segment.count) - 1;
+    const int from = sample_at(about.event.begin), to = sample_at(about.event.end);
     Events out;
-    for (int a = std::max(1, from - kShifts); a <= std::min(last, from + kShifts); ++a)
-      for (int b = std::max(a + 1, to - kShifts); b <= std::min(last, to + kShifts); ++b) {
-        const double before = u[segment.first + static_cast<std::size_t>(a) - 1];
-        Event lost{EventSpec::Kind::command, first.event.joint, segment.time(static_cast<std::size_t>(a)),
-                   segment.time(static_cast<std::size_t>(b)), 0.0};
-        out.push_back({first.segment, lost, evidence});
-        if (before == 0.0) continue;
-        lost.value = before;
-        out.push_back({first.segment, lost, evidence});
+    for (int a = -2; a <= 2; ++a)
+      for (int b = -2; b <= 2; ++b) {
+        const int first = std::clamp(from + a * step, 1, last - 1), end = std::clamp(to + b * step, first + 1, last);
+        const double before = u[segment.first + static_cast<std::size_t>(first) - 1];
+        FoundEvent lost = about;
+        lost.event = {EventSpec::Kind::command, about.event.joint, segment.time(static_cast<std::size_t>(first)),
+                      segment.time(static_cast<std::size_t>(end)), 0.0};
+        out.push_back(lost);
+        lost.event.value = before;
+        if (before != 0.0) out.push_back(lost);
       }
     return out;
+  }
+
+  /// Takes out, the least first, what the simulation can do without.
+  void drop_needless(const std::vector<int>& segments, Events& events) const {
+    for (const int segment : segments) {
+      for (;;) {
+        Events own;
+        for (const FoundEvent& one : events)
+          if (one.segment == segment) own.push_back(one);
+        if (own.empty()) break;
+        Experiment trial = recorded_;
+        trial.segments = {with_events(recorded_, own).segments[static_cast<std::size_t>(segment)]};
+        for (const FoundEvent& one : own)
+          trial.segments.push_back(
+              with_events(recorded_, all_but(own, {one})).segments[static_cast<std::size_t>(segment)]);
+        std::vector<int> all(trial.segments.size());
+        std::iota(all.begin(), all.end(), 0);
+        std::vector<double> left = left_by(model_, trial, all);
+        const auto least = std::min_element(left.begin() + 1, left.end());
+        const double samples = static_cast<double>(recorded_.channels.size() * trial.segments.front().count);
+        if (0.5 * samples * std::log(*least / left.front()) > kWorthLearning) break;
+        events = all_but(events, {own[static_cast<std::size_t>(least - left.begin()) - 1]});
+      }
+    }
   }
 
   LearnedEvent described(const Events& group) const {
@@ -200,6 +272,7 @@ class EventFinder {
   SimulatorOptions simulator_;
   RunControl control_;
   CurrentModel model_;
+  std::vector<double> weights_;  ///< the first ones: what is left is compared in them
 };
 
 }  // namespace

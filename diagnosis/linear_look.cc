@@ -83,18 +83,24 @@ Eigen::VectorXd LinearLook::residual_of(const std::vector<Eigen::MatrixXd>& resp
 }
 
 Eigen::MatrixXd LinearLook::changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const {
+  constexpr Eigen::Index kTogether = 32;  // columns: as many as keep the responses small
   const Eigen::Index columns = efforts.front().rows();
   Eigen::MatrixXd out;
-  std::vector<Eigen::MatrixXd> responses(experiment_.segments.size());
-  for (Eigen::Index column = 0; column < columns; ++column) {
+  for (Eigen::Index first = 0; first < columns; first += kTogether) {
+    const Eigen::Index count = std::min(kTogether, columns - first);
+    // [column][segment]
+    std::vector<std::vector<Eigen::MatrixXd>> responses(static_cast<std::size_t>(count),
+                                                        std::vector<Eigen::MatrixXd>(experiment_.segments.size()));
     for (std::size_t k = 0; k < segments_.size(); ++k) {
-      Eigen::MatrixXd effort = Eigen::MatrixXd::Zero(current_.model.dof(), efforts[k].cols());
-      effort.row(joint) = efforts[k].row(column);
-      responses[static_cast<std::size_t>(segments_[k])] = motions_[k].response(effort);
+      std::vector<Eigen::MatrixXd> all = motions_[k].responses_at(joint, efforts[k].middleRows(first, count));
+      for (std::size_t i = 0; i < all.size(); ++i)
+        responses[i][static_cast<std::size_t>(segments_[k])] = std::move(all[i]);
     }
-    const Eigen::VectorXd change = residual_of(responses);
-    if (column == 0) out.resize(change.size(), columns);
-    out.col(column) = change;
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+      const Eigen::VectorXd change = residual_of(responses[i]);
+      if (out.size() == 0) out.resize(change.size(), columns);
+      out.col(first + static_cast<Eigen::Index>(i)) = change;
+    }
   }
   return out;
 }

@@ -24,4 +24,20 @@ Eigen::MatrixXd LinearMotion::response(const Eigen::MatrixXd& efforts) const {
   return out;
 }
 
+std::vector<Eigen::MatrixXd> LinearMotion::responses_at(int joint, const Eigen::MatrixXd& efforts) const {
+  const Eigen::Index rows = 2 * dof, many = efforts.rows();
+  std::vector<Eigen::MatrixXd> out(static_cast<std::size_t>(many),
+                                   Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(intervals()) + 1));
+  if (intervals() == 0) return out;
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(A.front().rows(), many), next(x.rows(), many);
+  for (std::size_t k = 0; k < intervals(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    next.noalias() = A[k] * x;
+    next.noalias() += B[k].col(joint) * efforts.col(column).transpose();
+    x.swap(next);
+    for (Eigen::Index i = 0; i < many; ++i) out[static_cast<std::size_t>(i)].col(column + 1) = x.col(i).head(rows);
+  }
+  return out;
+}
+
 }  // namespace lacuna

@@ -28,6 +28,8 @@ struct LinearMotion {
   /// Changes of all joints' positions (rows [0, dof)) and speeds (rows [dof, 2 dof)) at every sample, rad (m) and
   /// rad/s (m/s), under additional efforts [joint][interval], N m (N).
   Eigen::MatrixXd response(const Eigen::MatrixXd& efforts) const;
+  /// The same, one for each row of efforts at one joint alone: [row][interval].
+  std::vector<Eigen::MatrixXd> responses_at(int joint, const Eigen::MatrixXd& efforts) const;
 };
 
 }  // namespace lacuna
