@@ -16,7 +16,9 @@ constexpr double kSimpler = 0.02;     ///< share of the curve for which a law wi
 constexpr double kAlike = 0.8;        ///< share of the curve from which a law is named
 constexpr double kParity = 0.9;       ///< share of the curve from which it is called even or odd
 constexpr double kFewestKnots = 4.0;  ///< a period must have, to be one
-constexpr int kShapes = 60;           ///< values of a law's own shape that are tried
+constexpr double kFewestPeriods = 2.0;
+constexpr double kRoundings = 1e-20;  ///< of what there is: nothing varies
+constexpr int kShapes = 360;          ///< values of a law's own shape that are tried
 
 /// The curve's points, each counting by how well it is known.
 struct Points {
@@ -41,7 +43,7 @@ double share_of(const Points& p, const std::vector<Eigen::ArrayXd>& columns) {
   const Eigen::ArrayXd root = p.weight.sqrt();
   const double mean = (p.weight * p.y).sum() / std::max(p.weight.sum(), 1e-300);
   const double all = (p.weight * (p.y - mean).square()).sum();
-  if (!(all > 0.0)) return 0.0;
+  if (!(all > kRoundings * (p.weight * p.y.square()).sum())) return 0.0;
   Eigen::MatrixXd A(p.x.size(), static_cast<Eigen::Index>(columns.size()) + 1);
   A.col(0) = root.matrix();
   for (std::size_t k = 0; k < columns.size(); ++k)
@@ -60,10 +62,10 @@ struct Textbook {
 };
 
 double reach(const Eigen::ArrayXd& x) { return x.abs().maxCoeff(); }
-/// From so many knots a period to the whole range.
+/// Evenly in the number of periods over the range, so that neighbours shift by as much all over it.
 double period_of(const Eigen::ArrayXd& x, double shape) {
-  const double range = x.maxCoeff() - x.minCoeff(), spacing = range / static_cast<double>(x.size() - 1);
-  return kFewestKnots * spacing * std::pow(range / (kFewestKnots * spacing), shape);
+  const double range = x.maxCoeff() - x.minCoeff(), most = static_cast<double>(x.size() - 1) / kFewestKnots;
+  return range / (kFewestPeriods + shape * std::max(most - kFewestPeriods, 0.0));
 }
 double edge_of(const Eigen::ArrayXd& x, double shape) { return x.minCoeff() + shape * (x.maxCoeff() - x.minCoeff()); }
 
@@ -154,7 +156,7 @@ bool is_monotone(const LearnedLaw& law) {
 std::string shape_words(const LearnedLaw& law) {
   std::string out;
   const auto add = [&](const std::string& words) { out += (out.empty() ? "" : ", ") + words; };
-  if (law.period > 0.0) add(fmt::format("repeats every {:.3g} {}", law.period, law.over == "q" ? law.way_unit : "1"));
+  if (law.period > 0.0) add(fmt::format("repeats every {:.3g} {}", law.period, law.way_unit));
   const auto even = parity_share(law, 1.0), odd = parity_share(law, -1.0);
   if (even && *even > kParity) add("the same in either direction");
   if (odd && *odd > kParity) add("turns with the sign");

@@ -5,7 +5,7 @@
 
 namespace lacuna {
 
-/// Fills `resembles`, `share`, `period`, `height` and `description` from the curve.
+/// Fills `resembles`, `share`, `height` and `description` from the curve and its period.
 void describe_curve(LearnedLaw& law);
 
 }  // namespace lacuna

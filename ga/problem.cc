@@ -201,8 +201,8 @@ Eigen::MatrixXd Problem::jacobian(const std::vector<double>& point, const Eigen:
   return J;
 }
 
-Eigen::VectorXd Problem::residual_change(
-    std::span<const int> segments, const std::function<Eigen::VectorXd(std::size_t, std::size_t)>& change) const {
+Eigen::VectorXd Problem::residual_change(std::span<const int> segments,
+                                         const std::function<Eigen::VectorXd(std::size_t, std::size_t)>& change) const {
   const std::vector<ResidualBlock> blocks = layout(segments);
   Eigen::VectorXd out(blocks.empty() ? 0 : blocks.back().first + blocks.back().count);
   for (const ResidualBlock& block : blocks) {

@@ -87,6 +87,9 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coor
           "a parameter's kind (gain, mass, ...) or full name (joint.gain, link.mass, joint.effect.parameter)");
     }
     for (const int index : found) {
+      const ParameterInfo* info = model.parameters()[static_cast<std::size_t>(index)].info;
+      if (info != nullptr && info->structural)
+        throw InputError(spec.where, quoted(spec.name), "a number that can be searched, not the form of a learned law");
       const Axis axis = axis_for(model, spec, index, coordinates);
       const auto same = std::find_if(axes_.begin(), axes_.end(), [&](const Axis& a) { return a.parameter == index; });
       if (same == axes_.end()) {

@@ -86,6 +86,8 @@ struct ParameterInfo {
   bool per_joint = false;
   /// Of a learned effect: one for each of its `knots` ("value_1"), after all others in `p`.
   bool per_knot = false;
+  /// Says what the component is made of: one value in all lanes, never searched.
+  bool structural = false;
   /// The parameter of the same component below which this one must not lie; null: none. Loading refuses what does.
   const char* at_least = nullptr;
   /// Units of `scale`: nearer to neutral than this it is no such thing (a stop that its drive pushes through is a

@@ -177,6 +177,21 @@ int PlantModel::count_apart(const EffectSpec& spec) const {
   return out;
 }
 
+/// A curve has no knots, or four and more from one place to a later one.
+void check_knots(const EffectSpec& spec) {
+  const auto given = [&](const char* key, double otherwise) {
+    const auto at = spec.parameters.find(key);
+    return at == spec.parameters.end() ? otherwise : at->second;
+  };
+  const double knots = given("knots", 0.0);
+  if (knots == 0.0) return;
+  if (!(knots >= 4.0) || knots != std::floor(knots))
+    throw InputError(spec.where, fmt::format("{} knots", knots), "a whole number from 4");
+  if (!(given("from", 0.0) < given("to", 1.0)))
+    throw InputError(spec.where, fmt::format("knots from {} to {}", given("from", 0.0), given("to", 1.0)),
+                     "from before to");
+}
+
 void PlantModel::add_effect(const EffectSpec& spec) {
   const int type = find_effect(spec.effect);
   if (type < 0) {
@@ -206,6 +221,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
                            p.info->upper, p.info, p.key, p.joint});
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
+  if (info.learned) check_knots(spec);
   if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);
 }
 

@@ -147,7 +147,11 @@ std::string recordings_text(const Scenario& scenario, const std::map<std::string
 }
 
 /// A learned law as a scenario gives it.
-std::string curve_text(const std::map<std::string, double>& parameters) {
+std::string curve_text(const EffectSpec& spec) {
+  const std::map<std::string, double>& parameters = spec.parameters;
+  const auto knots_of = parameters.find("knots");
+  if (knots_of == parameters.end() || !(knots_of->second >= 4.0))
+    throw WorkError("a learned effort at " + quoted(spec.place) + " without knots cannot be written");
   const double from = parameters.at("from"), to = parameters.at("to");
   const int count = static_cast<int>(parameters.at("knots"));
   std::string knots, values;
@@ -164,7 +168,7 @@ std::string effects_text(const Scenario& scenario, const std::map<std::string, s
   for (const EffectSpec& spec : scenario.effects) {
     out += fmt::format("  - {{effect: {}, where: {}", scalar(spec.effect), scalar(spec.place));
     if (spec.effect == "learned_effort")
-      out += curve_text(spec.parameters);
+      out += curve_text(spec);
     else if (!spec.parameters.empty())
       out += ", parameters: " + number_map(spec.parameters);
     std::string files;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "physics/catalogue.h"
 
 namespace lacuna {
@@ -25,11 +27,13 @@ struct LearnedEffort {
                      {"knots", "1", 0.0, 0.0, kMostKnots, "how many there are"},
                      value}};
     info.learned = true;
+    for (ParameterInfo& p : info.parameters) p.structural = !p.per_knot;
     return info;
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    const int count = static_cast<int>(lane(p[kKnots], 0));  // one structure in all lanes
+    int count = 0;  // lanes have the same knots or, in recordings in which it does not act, none
+    for (int k = 0; k < kLanes<T>; ++k) count = std::max(count, static_cast<int>(lane(p[kKnots], k)));
     if (count < 2) return T(0.0);
     const T* value = p + kValues;
     const T x = min(max(select(p[kOver] > T(0.5), s.v, s.q), p[kFrom]), p[kTo]);

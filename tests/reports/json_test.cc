@@ -61,6 +61,43 @@ TEST(DiagnosisJson, NamesTheRecordingOfEveryInterval) {
   EXPECT_EQ(evidence["recording"], Json::array({"train_1.csv", "train_2.csv"}));
 }
 
+TEST(DiagnosisJson, LearnedLawHoldsEveryKeyOfTheContract) {
+  const LearnedLaw law = sample::learned_law();
+  const Json out = Json::parse(to_json(sample::learned_diagnosis({law}), sample::context()));
+  ASSERT_EQ(out["learned"].size(), 1u);
+  const Json& learned = out["learned"][0];
+  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
+                        "resembles", "probability", "evidence", "heldout"});
+  EXPECT_EQ(learned["where"], "joint_2");
+  EXPECT_EQ(learned["stage"], "link");
+  EXPECT_EQ(learned["over"], Json::array({"q"}));
+  EXPECT_EQ(learned["unit"], "N m");
+  EXPECT_EQ(learned["over_unit"], "rad");
+  EXPECT_EQ(learned["period"], 0.5);
+  EXPECT_EQ(learned["description"], law.description);
+  EXPECT_EQ(learned["resembles"], Json({{"law", "gear ripple"}, {"share", law.share}}));
+  EXPECT_EQ(learned["probability"], 0.97);
+  EXPECT_EQ(learned["evidence"], 850.0);
+  EXPECT_EQ(learned["heldout"], Json({{"gain", 1234.5}, {"share", 0.94}}));
+  ASSERT_EQ(learned["curve"].size(), law.curve.size());
+  const LearnedLaw::Point& p = law.curve[3];
+  EXPECT_EQ(learned["curve"][3],
+            Json({{"at", p.at}, {"value", p.value}, {"lower95", p.lower95}, {"upper95", p.upper95}}));
+}
+
+TEST(DiagnosisJson, LearnedLawsStandInTheirOrderAndMayHaveNoPeriodNorEveryBand) {
+  LearnedLaw drag = sample::learned_law(false);
+  drag.curve.front().upper95 = sample::kInf;
+  const Json out = Json::parse(to_json(sample::learned_diagnosis({sample::learned_law(), drag}), sample::context()));
+  ASSERT_EQ(out["learned"].size(), 2u);
+  EXPECT_EQ(out["learned"][0]["resembles"]["law"], "gear ripple");
+  const Json& learned = out["learned"][1];
+  EXPECT_EQ(learned["over"], Json::array({"v"}));
+  EXPECT_EQ(learned["over_unit"], "rad/s");
+  EXPECT_TRUE(learned["period"].is_null());
+  EXPECT_TRUE(learned["curve"][0]["upper95"].is_null());
+}
+
 TEST(DiagnosisJson, NumbersThatAreNotFiniteBecomeNull) {
   Diagnosis d = sample::diagnosis();
   d.after.rms[2].second[1].second = sample::kNan;
@@ -89,6 +126,7 @@ TEST(DiagnosisJson, CountsMissingEffortInTheCommandsUnit) {
 TEST(DiagnosisJson, EmptyDiagnosisHasEmptyListsAndMaps) {
   const Json out = Json::parse(to_json(Diagnosis{}, Context{}));
   EXPECT_EQ(out["findings"], Json::array());
+  EXPECT_EQ(out["learned"], Json::array());
   EXPECT_EQ(out["parameters"], Json::object());
   EXPECT_EQ(out["fit"]["noise"], Json::object());
   EXPECT_EQ(out["verdict"], "consistent");

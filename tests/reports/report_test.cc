@@ -108,6 +108,42 @@ TEST(DiagnosisPage, HasEverySection) {
     EXPECT_NE(page.find("<h2>" + std::string(title) + "</h2>"), std::string::npos) << title;
 }
 
+TEST(DiagnosisPage, DrawsEveryLearnedLawWithWhatItLooksLike) {
+  const LearnedLaw ripple = sample::learned_law(), drag = sample::learned_law(false);
+  const std::string page = diagnosis_page(Scenario{}, sample::learned_diagnosis({ripple, drag}), sample::context(), {});
+  expect_self_contained(page);
+  const std::size_t section = page.find("<h2>Learned where the catalogue has no name</h2>");
+  ASSERT_NE(section, std::string::npos);
+  const std::size_t end = page.find("</section>", section);
+  const std::string body = page.substr(section, end - section);
+  for (const LearnedLaw* law : {&ripple, &drag}) EXPECT_NE(body.find(law->description + "."), std::string::npos);
+  for (const char* words : {"<title>Learned effort at joint_2 over its position</title>", "position of joint_2, rad",
+                            "<title>Learned effort at joint_2 over its speed</title>", "speed of joint_2, rad/s",
+                            "learned effort, ", "94 % of the validate recordings", "a probability of 0.97"})
+    EXPECT_NE(body.find(words), std::string::npos) << words;
+  // A curve and both edges of its band, each.
+  std::size_t paths = 0;
+  for (std::size_t at = 0; (at = body.find("<path ", at)) != std::string::npos; ++at) ++paths;
+  EXPECT_EQ(paths, 6u);
+  EXPECT_NE(page.find("<h2>Before and after</h2>"), std::string::npos) << "a learned law changes the model";
+}
+
+TEST(DiagnosisPage, SaysNothingOfLearnedLawsWhereThereAreNone) {
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
+  for (const char* words : {"Learned where", "Learned effort at", "Learned from"})
+    EXPECT_EQ(page.find(words), std::string::npos) << words;
+}
+
+TEST(DiagnosisPage, ALearnedLawsJointIsTextAndNoMarkup) {
+  LearnedLaw law = sample::learned_law();
+  law.place = "<script>alert(1)</script>";
+  describe_curve(law);
+  const std::string page = diagnosis_page(Scenario{}, sample::learned_diagnosis({law}), sample::context(), {});
+  expect_self_contained(page);
+  EXPECT_NE(page.find("<h3>Learned effort at &lt;script&gt;alert(1)&lt;/script&gt;</h3>"), std::string::npos);
+  EXPECT_NE(page.find("&lt;script&gt;alert(1)&lt;/script&gt; lacks a torque"), std::string::npos);
+}
+
 TEST(DiagnosisPage, InputCannotBecomeMarkup) {
   Context context = sample::context();
   context.command_line = "<script>alert(1)</script>";

@@ -3,9 +3,13 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "diagnosis/diagnosis.h"
+#include "diagnosis/resemblance.h"
 #include "reports/context.h"
 
 namespace lacuna::sample {
@@ -48,6 +52,23 @@ inline Finding finding() {
   f.heldout_share = 0.93;
   f.stability = 0.97;
   return f;
+}
+
+/// A ripple that repeats itself over the position, or a drag that does not over the speed, as learned.
+inline LearnedLaw learned_law(bool ripple = true) {
+  LearnedLaw law;
+  law.place = "joint_2", law.over = ripple ? "q" : "v";
+  law.unit = "N m", law.way_unit = ripple ? "rad" : "rad/s";
+  law.from = -1.0, law.to = 1.0, law.period = ripple ? 0.5 : 0.0;
+  for (int k = 0; k <= 32; ++k) {
+    const double at = -1.0 + k / 16.0;
+    const double value = ripple ? 0.2 * std::sin(4.0 * std::numbers::pi * at) : -0.8 * at * std::fabs(at);
+    law.curve.push_back({at, value, value - 0.01, value + 0.01});
+  }
+  law.probability = 0.97, law.evidence = 850.0;
+  law.heldout_gain = 1234.5, law.heldout_share = 0.94;
+  describe_curve(law);
+  return law;
 }
 
 inline MissingEffort missing_effort() {
@@ -116,6 +137,16 @@ inline Context context() {
   return c;
 }
 
+/// Nothing that has a name, and laws in its place.
+inline Diagnosis learned_diagnosis(std::vector<LearnedLaw> laws) {
+  Diagnosis d = diagnosis();
+  d.verdict = Verdict::unknown_physics;
+  d.findings.clear();
+  d.unexplained = {true, {"joint_2"}, {}, {}, 0.9};
+  d.learned = std::move(laws);
+  return d;
+}
+
 /// Every string in it is an attack on the page.
 inline Diagnosis hostile_diagnosis() {
   const std::string attack = "<script>alert('x')</script>\"&\xff\x01";
@@ -129,6 +160,10 @@ inline Diagnosis hostile_diagnosis() {
   f.times = {{attack, 0.0, 1.0}};
   f.parameters.front().name = f.parameters.front().unit = attack;
   d.unexplained = {true, {attack}, {attack}, {{attack, attack, 0.0, 1.0, 3.0, 1e-9}}, 0.5};
+  LearnedLaw law = learned_law();
+  law.place = law.unit = law.way_unit = attack;
+  describe_curve(law);
+  d.learned = {law};
   d.noise.front().first = attack;
   for (FitResult* result : {&d.before, &d.after}) {
     result->engine = result->optimizer = attack;

@@ -105,6 +105,40 @@ TEST(VerdictSentence, UnknownPhysicsSaysWhere) {
       << verdict_sentence(Scenario{}, d);
 }
 
+TEST(VerdictSentence, SaysWhatWasLearnedInPlaceOfANameAndWhatThatBrings) {
+  const LearnedLaw ripple = sample::learned_law();
+  // Of both joints: 1.03 and 4.00 times the noise before, 1.03 and 1.01 after, as root mean squares.
+  EXPECT_EQ(verdict_sentence(Scenario{}, sample::learned_diagnosis({ripple})),
+            "Something is missing that the catalogue does not explain, at joint_2: 90 % of the held-out residual "
+            "energy is more than noise. Learned from the recordings: " +
+                ripple.description + ". With it the test residual falls from 2.92 to 1.02 times the noise.");
+  EXPECT_EQ(ripple.description.rfind("joint_2 lacks a torque that depends on its position: 0.2 N m to either side of "
+                                     "its middle, repeats every 0.5 rad",
+                                     0),
+            0u)
+      << ripple.description;
+}
+
+TEST(VerdictSentence, SaysOfALawWithoutAPeriodWhichWayItGoes) {
+  const std::string words = verdict_sentence(Scenario{}, sample::learned_diagnosis({sample::learned_law(false)}));
+  EXPECT_NE(words.find("Learned from the recordings: joint_2 lacks a torque that depends on its speed: 0.8 N m to "
+                       "either side of its middle, turns with the sign, rises or falls throughout; like quadratic "
+                       "damping (100 % of the curve). With it the test residual falls"),
+            std::string::npos)
+      << words;
+  EXPECT_EQ(words.find("repeats"), std::string::npos);
+}
+
+TEST(VerdictSentence, SaysEveryLearnedLawAndTheirGainOnce) {
+  const LearnedLaw ripple = sample::learned_law(), drag = sample::learned_law(false);
+  const std::string words = verdict_sentence(Scenario{}, sample::learned_diagnosis({ripple, drag}));
+  EXPECT_NE(words.find(". Learned from the recordings: " + ripple.description +
+                       ". Learned from the recordings: " + drag.description + ". With them the test residual falls"),
+            std::string::npos)
+      << words;
+  EXPECT_EQ(verdict_sentence(Scenario{}, sample::diagnosis()).find("Learned"), std::string::npos);
+}
+
 TEST(VerdictSentence, WithoutNoiseSpeaksInUnits) {
   Diagnosis d = sample::diagnosis();
   d.noise.clear();
