@@ -3,7 +3,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <set>
 
@@ -20,6 +19,7 @@ constexpr double kLongest = 0.25;        ///< of the recording: what lasts longe
 constexpr std::size_t kMost = 8;         ///< in one segment
 constexpr double kMostOfIt = 0.5;        ///< of what a segment leaves beyond the noise, that its events take away
 constexpr int kEdgeSteps = 2;            ///< either way that an edge is moved at a time
+constexpr double kFewestInPiece = 16.0;  ///< samples
 constexpr double kFinest = 0.25;         ///< samples, to which an effort's edges are found
 
 Eigen::MatrixXd row_of(const std::vector<double>& values) {
@@ -46,28 +46,84 @@ struct Offer {
 struct Part {
   int segment = 0;
   Eigen::Index first = 0, count = 0;
-  std::unique_ptr<LinearLook> look;
-  bool more_than_noise = false;
+  int look = -1;  ///< among the segments that are linearised; -1: it leaves no more than usual
 };
 
-/// Segments under one model: what they leave and what rectangles would change of that.
+/// Pieces of a second or so.
+std::vector<ResidualBlock> pieces_of(const std::vector<ResidualBlock>& blocks, double sample_period) {
+  const auto length = static_cast<Eigen::Index>(std::max(kFewestInPiece, 1.0 / sample_period));
+  std::vector<ResidualBlock> out;
+  for (const ResidualBlock& b : blocks) {
+    const Eigen::Index many = std::max<Eigen::Index>(1, b.count / length);
+    for (Eigen::Index k = 0; k < many; ++k) {
+      const Eigen::Index first = k * b.count / many, end = (k + 1) * b.count / many;
+      out.push_back({b.segment, b.channel, b.first + first, end - first});
+    }
+  }
+  return out;
+}
+
+/// What a channel usually leaves: rms, and the samples over which that forgets itself.
+struct Usual {
+  double level = 0.0, memory = 1.0;
+};
+/// From the quieter half of each channel's pieces, so that what happens now and then has no share in it, but not below
+/// the noise. [channel]
+std::vector<Usual> usual_rest(const Eigen::VectorXd& rest, const std::vector<ResidualBlock>& blocks,
+                              const std::vector<double>& noise, double sample_period) {
+  const std::vector<ResidualBlock> pieces = pieces_of(blocks, sample_period);
+  const auto power = [&](const ResidualBlock& b) {
+    return rest.segment(b.first, b.count).squaredNorm() / static_cast<double>(b.count);
+  };
+  std::vector<Usual> out(noise.size());
+  for (std::size_t c = 0; c < noise.size(); ++c) {
+    std::vector<ResidualBlock> own;
+    for (const ResidualBlock& b : pieces)
+      if (b.channel == static_cast<int>(c) && b.count > 0) own.push_back(b);
+    if (own.empty()) continue;
+    std::ranges::stable_sort(own, {}, power);
+    own.resize((own.size() + 1) / 2);
+    const double usual = std::sqrt(power(own.back()));
+    out[c].level = noise[c] > 0.0 ? std::max(noise[c], usual) : usual;
+    out[c].memory = Colour(rest, own, noise).correlation_samples(static_cast<int>(c));
+  }
+  return out;
+}
+
+/// Segments under one model: what they leave and what rectangles would change of that, in units in which half of the
+/// energy is log-likelihood.
 class EventView {
  public:
   EventView(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
             const std::vector<int>& segments, bool fitted)
-      : experiment_(experiment), noise_(noise_levels(experiment)) {
+      : experiment_(experiment) {
     Problem problem(model.model, experiment, model.space, sets.simulator(), model.weights);
     blocks_ = problem.layout(segments);
     rest_ = problem.residual(model.fit.point, segments);
-    for (std::size_t c = 0; c < noise_.size(); ++c) noise_[c] /= model.weights[c];
-    if (fitted && model.fit.jacobian.rows() == rest_.size() && model.fit.jacobian.allFinite())
-      basis_ = Projector(model.fit.jacobian).basis();
-    else
-      basis_.resize(rest_.size(), 0);
-    for (const int segment : segments) add_part(sets, model, segment);
+    if (!rest_.allFinite()) return;
+    std::vector<double> noise = noise_levels(experiment);
+    for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= model.weights[c];
+    usual_ = usual_rest(rest_, blocks_, noise, experiment.sample_period);
+    in_units(rest_, blocks_);
+    basis_.resize(rest_.size(), 0);
+    if (fitted && model.fit.jacobian.rows() == rest_.size() && model.fit.jacobian.allFinite()) {
+      Eigen::MatrixXd jacobian = model.fit.jacobian;
+      in_units(jacobian, blocks_);
+      basis_ = Projector(jacobian).basis();
+    }
     rest_ -= basis_ * (basis_.transpose() * rest_);
+    std::vector<int> unusual;
+    for (const int segment : segments) {
+      add_part(segment);
+      Part& part = parts_.back();
+      if (!(0.5 * rest_.segment(part.first, part.count).squaredNorm() > threshold())) continue;
+      part.look = static_cast<int>(unusual.size());
+      unusual.push_back(segment);
+    }
+    if (!unusual.empty()) look_.emplace(model, experiment, sets.simulator(), unusual);
   }
 
+  bool is_linearised(const Part& part) const { return part.look >= 0 && look_->is_linearised(); }
   bool is_usable() const { return rest_.allFinite(); }
   const Eigen::VectorXd& rest() const { return rest_; }
   const std::vector<Part>& parts() const { return parts_; }
@@ -108,7 +164,7 @@ class EventView {
   /// Every rectangle in segments that leave more than noise.
   void prepare() {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
-      if (!parts_[p].more_than_noise || !parts_[p].look->is_linearised()) continue;
+      if (!is_linearised(parts_[p])) continue;
       for (std::size_t j = 0; j < experiment_.joint_names.size(); ++j) {
         offer({p, EventSpec::Kind::effort, static_cast<int>(j), {}, {}, {}});
         const bool read = std::ranges::any_of(experiment_.channels, [&](const Channel& c) {
@@ -121,11 +177,11 @@ class EventView {
   /// The best rectangle in `left`, of segments that are not full; nothing where none can be.
   std::optional<FoundEvent> best(const Eigen::VectorXd& left, const std::vector<FoundEvent>& have) const {
     std::optional<FoundEvent> out;
-    double most = 0.0;
+    double most = 2.0 * threshold();
     for (const Offer& offer : offers_) {
       const Part& part = parts_[offer.part];
       const auto here = [&](const FoundEvent& f) { return f.segment == part.segment; };
-      if (!part.more_than_noise || static_cast<std::size_t>(std::ranges::count_if(have, here)) >= kMost) continue;
+      if (static_cast<std::size_t>(std::ranges::count_if(have, here)) >= kMost) continue;
       const Eigen::VectorXd b = offer.steps.transpose() * left.segment(part.first, part.count);
       for (Eigen::Index from = 0; from < b.size(); ++from)
         for (Eigen::Index to = from + 1; to < b.size() && offer.is_short(from, to); ++to) {
@@ -140,10 +196,6 @@ class EventView {
     }
     return out;
   }
-  /// Which parts leave more than noise now: no other needs a further event.
-  void look_again(const Eigen::VectorXd& left) {
-    for (Part& part : parts_) part.more_than_noise = !excess_over_noise(left, blocks_of(part.segment), noise_).empty();
-  }
   /// Rectangles that were offered.
   double tried() const {
     double out = 0.0;
@@ -151,31 +203,30 @@ class EventView {
     return std::max(out, 1.0);
   }
 
-  /// Samples of `left` that say one thing each.
-  double effective(const Eigen::VectorXd& left) const {
-    const Colour colour(left, blocks_, noise_);
-    double out = 0.0;
-    for (const ResidualBlock& b : blocks_) out += static_cast<double>(b.count) / colour.correlation_samples(b.channel);
-    return out;
+  /// Log-likelihood below which a rectangle is made up: what all that were offered would reach by chance, and more.
+  double threshold() const {
+    return kWorthLearning + std::log(tried()) + 0.5 * std::log(std::max(static_cast<double>(rest_.size()), 1.0));
   }
-  /// Energy that noise alone would leave of a part; 0 where it is unknown.
-  double floor(const Part& part) const {
+  /// Energy that a part usually leaves.
+  double usual(const Part& part) const {
     double out = 0.0;
-    for (const ResidualBlock& b : blocks_) {
-      const double noise = noise_[static_cast<std::size_t>(b.channel)];
-      if (b.segment == part.segment && noise > 0.0) out += noise * noise * static_cast<double>(b.count);
-    }
+    for (const ResidualBlock& b : blocks_)
+      if (b.segment == part.segment)
+        out += static_cast<double>(b.count) / usual_[static_cast<std::size_t>(b.channel)].memory;
     return out;
   }
 
  private:
-  void add_part(const Hypotheses& sets, const CurrentModel& model, int segment) {
-    Part part{segment, rest_.size(), 0, nullptr, false};
-    const std::vector<ResidualBlock> own = blocks_of(segment);
-    for (const ResidualBlock& b : own) part.first = std::min(part.first, b.first), part.count += b.count;
-    part.more_than_noise = !excess_over_noise(rest_, own, noise_).empty();
-    part.look = std::make_unique<LinearLook>(model, experiment_, sets.simulator(), std::vector<int>{segment});
+  void add_part(int segment) {
+    Part part{segment, rest_.size(), 0, -1};
+    for (const ResidualBlock& b : blocks_of(segment)) part.first = std::min(part.first, b.first), part.count += b.count;
     parts_.push_back(std::move(part));
+  }
+  void in_units(Eigen::Ref<Eigen::MatrixXd> rows, const std::vector<ResidualBlock>& blocks) const {
+    for (const ResidualBlock& b : blocks) {
+      const Usual& usual = usual_[static_cast<std::size_t>(b.channel)];
+      rows.middleRows(b.first, b.count) *= usual.level > 0.0 ? 1.0 / (usual.level * std::sqrt(usual.memory)) : 0.0;
+    }
   }
   std::vector<ResidualBlock> blocks_of(int segment) const {
     std::vector<ResidualBlock> out;
@@ -193,7 +244,12 @@ class EventView {
       courses.row(static_cast<Eigen::Index>(k)) =
           row_of(effort ? mean_of_intervals(segment, events[k]) : value_at_samples(segment, events[k]));
     const int joint = events.front().joint;
-    return effort ? part.look->changes_at(joint, {courses}) : part.look->changes_read(joint, {courses});
+    const auto at = static_cast<std::size_t>(part.look);
+    Eigen::MatrixXd out = effort ? look_->changes_in(at, joint, courses) : look_->changes_read(at, joint, courses);
+    std::vector<ResidualBlock> rows = blocks_of(part.segment);
+    for (ResidualBlock& b : rows) b.first -= part.first;
+    in_units(out, rows);
+    return out;
   }
   /// The same on all rows, the parameters having taken up what they can.
   Eigen::MatrixXd projected(const Part& part, const Eigen::MatrixXd& own) const {
@@ -218,18 +274,20 @@ class EventView {
   }
 
   const Experiment& experiment_;
-  std::vector<double> noise_;  ///< by channel, in the residual's unit
+  std::vector<Usual> usual_;  ///< by channel
   std::vector<ResidualBlock> blocks_;
   Eigen::VectorXd rest_;
   Eigen::MatrixXd basis_;  ///< orthonormal, of what the parameters take up
   std::vector<Part> parts_;
+  std::optional<LinearLook> look_;
   std::vector<Offer> offers_;
 };
 
 /// Sizes of all events together, by least squares, and what they leave.
 Eigen::VectorXd size_all(std::vector<FoundEvent>& events, const Eigen::MatrixXd& columns, const Eigen::VectorXd& rest) {
   if (events.empty()) return rest;
-  const Eigen::VectorXd sizes = columns.colPivHouseholderQr().solve(-rest);
+  const Eigen::MatrixXd normal = columns.transpose() * columns;
+  const Eigen::VectorXd sizes = normal.completeOrthogonalDecomposition().solve(-(columns.transpose() * rest));
   for (std::size_t k = 0; k < events.size(); ++k) events[k].event.value = sizes(static_cast<Eigen::Index>(k));
   return rest + columns * sizes;
 }
@@ -283,22 +341,20 @@ Eigen::VectorXd move_all(const EventView& view, std::vector<FoundEvent>& events)
 
 /// Sets the log evidence of each over the rest without it.
 void weigh(const EventView& view, std::vector<FoundEvent>& events, const Eigen::VectorXd& left) {
-  const double effective = view.effective(left), energy = left.squaredNorm();
   for (std::size_t k = 0; k < events.size(); ++k) {
     std::vector<FoundEvent> others = all_but(events, k);
     const double without = size_all(others, view.changes(others), view.rest()).squaredNorm();
-    events[k].evidence = 0.5 * effective * std::log(without / energy) - std::log(view.tried()) -
-                         0.5 * std::log(std::max(effective, 1.0));
+    events[k].evidence = 0.5 * (without - left.squaredNorm()) - view.threshold() + kWorthLearning;
   }
 }
 
-/// Segments of which events do not take away most of what is beyond the noise.
+/// Segments of which events do not take away most of what is beyond the usual.
 std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& left) {
   std::set<int> out;
   for (const Part& part : view.parts()) {
     const double all = view.rest().segment(part.first, part.count).squaredNorm();
     const double taken = all - left.segment(part.first, part.count).squaredNorm();
-    if (taken < kMostOfIt * (all - view.floor(part))) out.insert(part.segment);
+    if (taken < kMostOfIt * (all - view.usual(part))) out.insert(part.segment);
   }
   return out;
 }
@@ -315,7 +371,6 @@ std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel
   while (const std::optional<FoundEvent> next = view.best(left, events)) {
     events.push_back(*next);
     left = move_one(view, events, events.size() - 1);
-    view.look_again(left);
   }
   // What is not needed is taken out, the weakest first; the others' edges move into its place.
   for (;;) {
@@ -336,7 +391,7 @@ void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment
   const EventView view(sets, model, with, segments, fitted);
   if (!view.is_usable()) return;
   for (FoundEvent& found : events) {
-    if (found.event.kind == EventSpec::Kind::command || !view.part_of(found.segment).look->is_linearised()) continue;
+    if (found.event.kind == EventSpec::Kind::command || !view.is_linearised(view.part_of(found.segment))) continue;
     const Segment& segment = view.segment_of(view.part_of(found.segment));
     const Eigen::VectorXd without = view.rest() - found.event.value * view.change(found);
     move_edges(view, without, 2.0 * (segment.time(1) - segment.time(0)), found);

@@ -23,7 +23,7 @@ namespace {
 constexpr std::array kResolutions{8, 16, 32, 64, 128};  ///< knots over the range travelled
 constexpr double kSmooth = 2.0;                         ///< knots over which a curve keeps its value
 constexpr double kKnotsInPeriod = 5.0;                  ///< at least
-constexpr double kNotToldApart = 3.0;                   ///< log evidence: 20 to 1
+constexpr double kPeriodStep = 0.25;                    ///< of a period, by which neighbours shift over the range
 constexpr double kPeriodsSeen = 2.0;                    ///< at least
 constexpr double kJitter = 1e-6;                        ///< of the prior's variance, on its diagonal
 constexpr int kSizes = 40;                              ///< sizes of the curve that are tried, four a decade
@@ -45,7 +45,11 @@ struct Learnable {
   double evidence = -HUGE_VAL;
 };
 
-enum class Kind { smooth, periodic };
+enum class Kind {
+  smooth,
+  periodic,  ///< of whatever period
+  of_period  ///< of about the one that it has
+};
 
 /// Covariance of a smooth curve's values at so many knots, over its variance; `period`, in knots, of one that repeats
 /// itself, 0: it need not.
@@ -140,26 +144,20 @@ void sharpen_period(const CurveData& data, double share, Learnable& law) {
   law.errors = (law.errors.array().square() + moved.square()).sqrt();
 }
 
+/// Of the law's own period, and those close by.
+void weigh_period(const CurveData& data, Learnable& law) {
+  weigh_curve(data, law.period, law);
+  sharpen_period(data, kPeriodStep * law.period / (law.to - law.from), law);
+}
+
 /// The same over all periods from a few knots to half of the range, each its own prior; then around the best one.
 void weigh_periods(const CurveData& data, Learnable& law) {
   const double range = law.to - law.from, spacing = range / static_cast<double>(data.slope.size() - 1);
   const double shortest = kKnotsInPeriod * spacing, longest = range / kPeriodsSeen;
   if (!(longest > shortest)) return;
-  // Neighbours shift by a quarter of a period over the range.
-  const double step = 0.25 * shortest / range;
-  for (double period = shortest; period < longest; period *= 1.0 + step * period / shortest)
+  for (double period = shortest; period < longest; period *= 1.0 + kPeriodStep * period / range)
     weigh_curve(data, period, law);
-  if (!(law.period > 0.0)) return;
-  // What repeats itself after one period does so after two.
-  for (const int parts : {3, 2}) {
-    Learnable shorter = law;
-    shorter.evidence = law.evidence - kNotToldApart;
-    weigh_curve(data, law.period / parts, shorter);
-    if (shorter.period >= law.period || shorter.period < shortest) continue;
-    law = shorter;
-    break;
-  }
-  sharpen_period(data, 0.25 * law.period / range, law);
+  if (law.period > 0.0) weigh_period(data, law);
 }
 
 class Learner {
@@ -183,7 +181,8 @@ class Learner {
   }
 
  private:
-  /// At every joint that has none yet, over its position and its speed, the curve of most evidence; most first.
+  /// At every joint that has none yet, over its position and its speed, the curve of most evidence; most first. Before
+  /// the law is in, its own trace is all colour of the rest and the evidence says little: it ranks, nothing more.
   std::vector<Learnable> offer() const {
     const CurrentModel& now = standing_.model;
     const LinearLook look(now, experiment_, sets_.simulator(), sets_.train());
@@ -197,7 +196,7 @@ class Learner {
       if (now.model.find_effect_at("learned_effort", name) >= 0) continue;
       for (const bool over_speed : {false, true}) {
         const std::optional<Learnable> best = best_of(look, projector, rest, effective, joint, over_speed);
-        if (best && best->evidence > kWorthLearning) out.push_back(*best);
+        if (best && best->evidence > 0.0) out.push_back(*best);
       }
     }
     std::stable_sort(out.begin(), out.end(),
@@ -236,10 +235,11 @@ class Learner {
     const Eigen::VectorXd without = rest - G * law.values;
     const CurveData data{G.transpose() * G, -(G.transpose() * without), without.squaredNorm(),
                          static_cast<double>(rest.size()), effective};
-    if (kind == Kind::smooth)
-      weigh_curve(data, 0.0, law);
-    else
-      weigh_periods(data, law);
+    switch (kind) {
+      case Kind::smooth: return weigh_curve(data, 0.0, law);
+      case Kind::periodic: return weigh_periods(data, law);
+      default: return weigh_period(data, law);
+    }
   }
 
   /// Of the whole residual: as many as say one thing each.
@@ -308,14 +308,23 @@ class Learner {
     best.law.evidence = tried.evidence, best.law.errors = tried.errors, best.law.period = tried.period;
     return true;
   }
-  /// A curve that repeats itself says more with less: it stands where it predicts the validate recordings as well.
+  /// A curve that repeats itself says more with less: it stands where it predicts the validate recordings as well. What
+  /// repeats itself after one period does so after two and three, so that the shortest is tried first.
   void look_for_a_period(Fitted& smooth) const {
-    Learnable tried = smooth.law;
-    if (!bend_about(smooth, Kind::periodic, tried)) return;
-    std::optional<Fitted> periodic = fitted(tried, Kind::periodic);
+    Learnable longest = smooth.law;
+    if (!bend_about(smooth, Kind::periodic, longest)) return;
     smooth.law.period = 0.0;
-    if (periodic && periodic->law.period > 0.0 && sets_.heldout_difference(periodic->set, smooth.set).gain >= 0.0)
+    for (const int parts : {3, 2, 1}) {
+      Learnable tried = longest;
+      tried.period = longest.period / parts;
+      if (!(tried.period > 0.0)) return;
+      Fitted about = smooth;
+      if (!bend_about(about, Kind::of_period, tried)) continue;
+      std::optional<Fitted> periodic = fitted(tried, Kind::of_period);
+      if (!periodic || sets_.heldout_difference(periodic->set, smooth.set).gain < 0.0) continue;
       smooth = std::move(*periodic);
+      return;
+    }
   }
   /// Energy on the train recordings over the noise, whatever a fit's own weights are.
   double left_by(const Hypothesis& one) const {

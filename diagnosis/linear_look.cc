@@ -83,44 +83,54 @@ Eigen::VectorXd LinearLook::residual_of(const std::vector<Eigen::MatrixXd>& resp
 }
 
 Eigen::MatrixXd LinearLook::changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const {
-  constexpr Eigen::Index kTogether = 32;  // columns: as many as keep the responses small
-  const Eigen::Index columns = efforts.front().rows();
-  Eigen::MatrixXd out;
-  for (Eigen::Index first = 0; first < columns; first += kTogether) {
-    const Eigen::Index count = std::min(kTogether, columns - first);
-    // [column][segment]
-    std::vector<std::vector<Eigen::MatrixXd>> responses(static_cast<std::size_t>(count),
-                                                        std::vector<Eigen::MatrixXd>(experiment_.segments.size()));
-    for (std::size_t k = 0; k < segments_.size(); ++k) {
-      std::vector<Eigen::MatrixXd> all = motions_[k].responses_at(joint, efforts[k].middleRows(first, count));
-      for (std::size_t i = 0; i < all.size(); ++i)
-        responses[i][static_cast<std::size_t>(segments_[k])] = std::move(all[i]);
-    }
-    for (std::size_t i = 0; i < responses.size(); ++i) {
-      const Eigen::VectorXd change = residual_of(responses[i]);
-      if (out.size() == 0) out.resize(change.size(), columns);
-      out.col(first + static_cast<Eigen::Index>(i)) = change;
-    }
+  std::vector<Eigen::MatrixXd> parts;
+  Eigen::Index rows = 0;
+  for (std::size_t at = 0; at < segments_.size(); ++at) {
+    parts.push_back(changes_in(at, joint, efforts[at]));
+    rows += parts.back().rows();
+  }
+  Eigen::MatrixXd out(rows, efforts.front().rows());
+  rows = 0;
+  for (const Eigen::MatrixXd& part : parts) {
+    out.middleRows(rows, part.rows()) = part;
+    rows += part.rows();
   }
   return out;
 }
 
-Eigen::MatrixXd LinearLook::changes_read(int joint, const std::vector<Eigen::MatrixXd>& slips) const {
-  std::vector<std::size_t> at(experiment_.segments.size(), 0);
-  for (std::size_t k = 0; k < segments_.size(); ++k) at[static_cast<std::size_t>(segments_[k])] = k;
+Eigen::MatrixXd LinearLook::changes_in(std::size_t at, int joint, const Eigen::MatrixXd& efforts) const {
+  constexpr Eigen::Index kTogether = 32;  // columns: as many as keep the responses small
+  const Eigen::Index dof = current_.model.dof();
   Eigen::MatrixXd out;
-  for (Eigen::Index column = 0; column < slips.front().rows(); ++column) {
-    const Eigen::VectorXd change =
-        problem_->residual_change(segments_, [&](std::size_t segment, std::size_t c) -> Eigen::VectorXd {
-          const Channel& channel = experiment_.channels[c];
-          const Eigen::MatrixXd& slip = slips[at[segment]];
-          if (channel.kind == ChannelKind::position && channel.joint == joint) return slip.row(column);
-          return Eigen::VectorXd::Zero(slip.cols());
-        });
-    if (column == 0) out.resize(change.size(), slips.front().rows());
-    out.col(column) = change;
+  for (Eigen::Index first = 0; first < efforts.rows(); first += kTogether) {
+    const Eigen::Index count = std::min(kTogether, efforts.rows() - first);
+    const std::vector<Eigen::MatrixXd> responses = motions_[at].responses_at(joint, efforts.middleRows(first, count));
+    for (Eigen::Index k = 0; k < count; ++k)
+      put(at, out, first + k, efforts.rows(), [&](const Channel& channel) -> Eigen::VectorXd {
+        const Eigen::Index row = channel.joint + (channel.kind == ChannelKind::velocity ? dof : 0);
+        return responses[static_cast<std::size_t>(k)].row(row);
+      });
   }
   return out;
+}
+
+Eigen::MatrixXd LinearLook::changes_read(std::size_t at, int joint, const Eigen::MatrixXd& slips) const {
+  Eigen::MatrixXd out;
+  for (Eigen::Index k = 0; k < slips.rows(); ++k)
+    put(at, out, k, slips.rows(), [&](const Channel& channel) -> Eigen::VectorXd {
+      if (channel.kind == ChannelKind::position && channel.joint == joint) return slips.row(k);
+      return Eigen::VectorXd::Zero(slips.cols());
+    });
+  return out;
+}
+
+void LinearLook::put(std::size_t at, Eigen::MatrixXd& out, Eigen::Index column, Eigen::Index columns,
+                     const std::function<Eigen::VectorXd(const Channel&)>& change) const {
+  const Eigen::VectorXd whitened = problem_->residual_change(
+      std::span(&segments_[at], 1),
+      [&](std::size_t, std::size_t c) -> Eigen::VectorXd { return change(experiment_.channels[c]); });
+  if (out.size() == 0) out.resize(whitened.size(), columns);
+  out.col(column) = whitened;
 }
 
 }  // namespace lacuna

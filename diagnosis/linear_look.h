@@ -2,6 +2,7 @@
 // along the present motion, through the plant linearised about it (physics/linear_motion.h).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -33,11 +34,15 @@ class LinearLook {
   /// Changes of the whitened residual, one a column, under efforts at one joint: [motion], rows the columns' own
   /// efforts at every interval, N m (N).
   Eigen::MatrixXd changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const;
-  /// The same under what a joint's position is read too much: [segment], rows the columns' own at every sample, rad
-  /// (m).
-  Eigen::MatrixXd changes_read(int joint, const std::vector<Eigen::MatrixXd>& slips) const;
+  /// The same in the `at`-th of the segments alone, of efforts [column][interval] and of what a joint's position is
+  /// read too much [column][sample], rad (m).
+  Eigen::MatrixXd changes_in(std::size_t at, int joint, const Eigen::MatrixXd& efforts) const;
+  Eigen::MatrixXd changes_read(std::size_t at, int joint, const Eigen::MatrixXd& slips) const;
 
  private:
+  /// Puts changes of the predictions of one segment into a column of `out`, whitened.
+  void put(std::size_t at, Eigen::MatrixXd& out, Eigen::Index column, Eigen::Index columns,
+           const std::function<Eigen::VectorXd(const Channel&)>& change) const;
   /// [segment]: changes of positions and speeds; of the residual.
   Eigen::VectorXd residual_of(const std::vector<Eigen::MatrixXd>& responses) const;
 

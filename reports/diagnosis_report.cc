@@ -397,6 +397,7 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   add_tiles(page, d);
   page.section("Findings", findings_section(d));
   page.section("Learned where the catalogue has no name", learned_section(d.learned));
+  page.section("Events in the recordings", events_section(d.events));
   page.section(changes_the_model(d) ? "Before and after" : "Measured and simulated", before_after_section(d));
   page.section("Where the plain model fails", missing_effort_section(d.missing));
   page.section("Pictures", picture_section(pictures));

@@ -50,4 +50,30 @@ Html learned_section(std::span<const LearnedLaw> laws) {
                    "muted small");
 }
 
+Html events_section(std::span<const LearnedEvent> events) {
+  if (events.empty()) return {};
+  Table table({{"recording"},
+               {"role"},
+               {"joint"},
+               {"event"},
+               {"from, s", true},
+               {"to, s", true},
+               {"size", true},
+               {"log evidence", true}});
+  for (const LearnedEvent& e : events)
+    table.row({text(e.recording), text(to_string(e.role)), text(e.place), text(e.resembles), text(number(e.from)),
+               text(number(e.to)), text(quantity(e.value, e.unit, 3)), text(number(e.evidence, 3))});
+  return table.html() +
+         paragraph(
+             "What happened once, in one recording, and is no part of the machine: an effort on a joint beside its "
+             "actuator's (its largest value; of one shorter than two samples only size times duration is determined), "
+             "a "
+             "command that was lost (nothing arrived) or repeated (the one before stayed), a position read beside the "
+             "true one. The parameters are fitted with the events of the train recordings in the simulation, and the "
+             "diagnosed scenario holds those of the train and validate recordings. What happened in a test recording "
+             "is "
+             "said here and goes into no other figure.",
+             "muted small");
+}
+
 }  // namespace lacuna
