@@ -28,7 +28,7 @@ constexpr double kMoreLikelyThanNot = 0.5;  ///< of a class, for the verdict to 
 /// What the findings have explained at a joint of the recordings that were not fitted, and what is left there, both as
 /// energy over the noise's. NaN: its noise is unknown.
 struct JointEnergy {
-  double removed = 0.0, rest = 0.0;
+  double removed = 0.0, rest = 0.0, samples = 0.0;
 };
 
 /// [joint]
@@ -43,9 +43,24 @@ std::vector<JointEnergy> explained_by_joint(const Eigen::VectorXd& before, const
     const double left = unit * after.segment(b.first, b.count).squaredNorm();
     at.removed += unit * before.segment(b.first, b.count).squaredNorm() - left;
     at.rest += left - static_cast<double>(b.count);
+    at.samples += static_cast<double>(b.count);
   }
-  for (JointEnergy& e : out) {
-    if (!std::isnan(e.rest)) e = {std::max(0.0, e.removed), std::max(0.0, e.rest)};
+  return out;
+}
+
+/// Of what was missing; 0 where the noise is unknown.
+double unknown_share(const JointEnergy& e) { return e.rest > 0.0 ? e.rest / (e.rest + std::max(0.0, e.removed)) : 0.0; }
+
+/// What is left joint by joint; a rest that is no more than noise is none.
+std::vector<Unexplained::AtJoint> rest_by_joint(const std::vector<JointEnergy>& joints, const Unexplained& unexplained,
+                                                const Experiment& experiment) {
+  std::vector<Unexplained::AtJoint> out;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const JointEnergy& e = joints[j];
+    if (!(e.samples > 0.0)) continue;
+    const std::string& name = experiment.joint_names[j];
+    const bool left = std::ranges::find(unexplained.where, name) != unexplained.where.end();
+    out.push_back({name, std::sqrt(std::max(0.0, 1.0 + e.rest / e.samples)), left ? unknown_share(e) : 0.0});
   }
   return out;
 }
@@ -54,17 +69,15 @@ std::vector<JointEnergy> explained_by_joint(const Eigen::VectorXd& before, const
 /// likely is the rest's share of what was missing at the finding's joint; of the arm, at all of them together. Joints
 /// are separate questions: a rest at one says nothing of what was removed at another.
 void leave_room(Diagnosis& out, const std::vector<JointEnergy>& joints, const Experiment& experiment) {
-  const auto unknown = [](const JointEnergy& e) {
-    return e.rest > 0.0 ? e.rest / (e.rest + e.removed) : 0.0;  // 0 where the noise is unknown
-  };
   JointEnergy all;
   for (const JointEnergy& e : joints)
-    if (!std::isnan(e.rest)) all.removed += e.removed, all.rest += e.rest;
-  out.unexplained.probability = unknown(all);
+    if (!std::isnan(e.rest)) all.removed += std::max(0.0, e.removed), all.rest += std::max(0.0, e.rest);
+  out.unexplained.probability = unknown_share(all);
   for (Finding& finding : out.findings) {
     const auto& names = experiment.joint_names;
     const auto at = std::find(names.begin(), names.end(), finding.place);
-    const double room = 1.0 - unknown(at == names.end() ? all : joints[static_cast<std::size_t>(at - names.begin())]);
+    const double room =
+        1.0 - unknown_share(at == names.end() ? all : joints[static_cast<std::size_t>(at - names.begin())]);
     finding.probability *= room;
     for (Rival& rival : finding.rivals) rival.probability *= room;
   }
@@ -135,7 +148,9 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
   out.unexplained.share = rest / energy;
   out.unexplained.present = !out.unexplained.where.empty();
-  if (out.unexplained.present) leave_room(out, explained_by_joint(r0, r1, blocks, noise, experiment), experiment);
+  const std::vector<JointEnergy> energies = explained_by_joint(r0, r1, blocks, noise, experiment);
+  out.unexplained.per_joint = rest_by_joint(energies, out.unexplained, experiment);
+  if (out.unexplained.present) leave_room(out, energies, experiment);
   const bool claimed = std::any_of(out.findings.begin(), out.findings.end(),
                                    [](const Finding& f) { return class_probability(f) > kMoreLikelyThanNot; });
   const bool unknown = out.unexplained.present && (out.findings.empty() || !claimed);

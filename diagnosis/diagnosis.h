@@ -84,6 +84,13 @@ struct Unexplained {
   /// noise, as a share of what was missing at all joints together; 0 where no rest is significant or the noise is
   /// unknown. Findings leave room for it joint by joint.
   double probability = 0.0;
+  /// The same of one joint, on its own.
+  struct AtJoint {
+    std::string joint;
+    double over_noise = 0.0;   ///< rms of what is left over the noise's; NaN where the noise is unknown
+    double probability = 0.0;  ///< the rest's share of what was missing there; 0 where it is no more than noise
+  };
+  std::vector<AtJoint> per_joint;  ///< every joint that is compared
 };
 
 /// An effort that no effect of the catalogue stands for, as a curve over the joint's position or speed (learned.h).

@@ -155,12 +155,6 @@ class EventView {
     }
     return out;
   }
-  Eigen::MatrixXd changes(const std::vector<FoundEvent>& events) const {
-    Eigen::MatrixXd out(rest_.size(), static_cast<Eigen::Index>(events.size()));
-    for (std::size_t k = 0; k < events.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = change(events[k]);
-    return out;
-  }
-
   /// Every rectangle in segments that leave more than noise.
   void prepare() {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -283,20 +277,61 @@ class EventView {
   std::vector<Offer> offers_;
 };
 
-/// Sizes of all events together, by least squares, and what they leave.
-Eigen::VectorXd size_all(std::vector<FoundEvent>& events, const Eigen::MatrixXd& columns, const Eigen::VectorXd& rest) {
-  if (events.empty()) return rest;
-  const Eigen::MatrixXd normal = columns.transpose() * columns;
-  const Eigen::VectorXd sizes = normal.completeOrthogonalDecomposition().solve(-(columns.transpose() * rest));
-  for (std::size_t k = 0; k < events.size(); ++k) events[k].event.value = sizes(static_cast<Eigen::Index>(k));
-  return rest + columns * sizes;
-}
+/// Events with what they change, their sizes together by least squares, and what they leave.
+class EventSet {
+ public:
+  explicit EventSet(const EventView& view) : view_(view), left_(view.rest()) { columns_.resize(left_.size(), 0); }
 
-std::vector<FoundEvent> all_but(const std::vector<FoundEvent>& events, std::size_t k) {
-  std::vector<FoundEvent> out = events;
-  out.erase(out.begin() + static_cast<std::ptrdiff_t>(k));
-  return out;
-}
+  const std::vector<FoundEvent>& events() const { return events_; }
+  const Eigen::VectorXd& left() const { return left_; }
+  /// With one event out, the others as they are.
+  Eigen::VectorXd left_without(std::size_t k) const {
+    return left_ - events_[k].event.value * columns_.col(static_cast<Eigen::Index>(k));
+  }
+
+  void add(const FoundEvent& event) {
+    events_.push_back(event);
+    columns_.conservativeResize(Eigen::NoChange, columns_.cols() + 1);
+    normal_.conservativeResize(columns_.cols(), columns_.cols());
+    put(events_.size() - 1, event);
+  }
+  void put(std::size_t k, const FoundEvent& event) {
+    const auto at = static_cast<Eigen::Index>(k);
+    events_[k] = event;
+    columns_.col(at) = view_.change(event);
+    normal_.row(at) = (columns_.transpose() * columns_.col(at)).transpose();
+    normal_.col(at) = normal_.row(at).transpose();
+    size();
+  }
+  void remove(std::size_t k) {
+    const std::vector<FoundEvent> old = std::move(events_);
+    events_.clear();
+    columns_.resize(left_.size(), 0), normal_.resize(0, 0);
+    for (std::size_t i = 0; i < old.size(); ++i)
+      if (i != k) add(old[i]);
+    if (events_.empty()) left_ = view_.rest();
+  }
+
+ private:
+  /// All sizes, and the log evidence of each over the set without it.
+  void size() {
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(normal_);
+    const Eigen::VectorXd sizes = solver.solve(-(columns_.transpose() * view_.rest()));
+    const Eigen::VectorXd spread = solver.pseudoInverse().diagonal();
+    left_ = view_.rest() + columns_ * sizes;
+    for (std::size_t k = 0; k < events_.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      events_[k].event.value = sizes(at);
+      const double taken = spread(at) > 0.0 ? sizes(at) * sizes(at) / spread(at) : 0.0;
+      events_[k].evidence = 0.5 * taken - view_.threshold() + kWorthLearning;
+    }
+  }
+
+  const EventView& view_;
+  std::vector<FoundEvent> events_;
+  Eigen::MatrixXd columns_, normal_;
+  Eigen::VectorXd left_;
+};
 
 /// Moves both edges of one event, the others as they are, by steps that become shorter.
 void move_edges(const EventView& view, const Eigen::VectorXd& without, double step, FoundEvent& found) {
@@ -323,29 +358,14 @@ void move_edges(const EventView& view, const Eigen::VectorXd& without, double st
   }
 }
 
-/// One event's edges, the others sized anew; what all leave.
-Eigen::VectorXd move_one(const EventView& view, std::vector<FoundEvent>& events, std::size_t k) {
-  std::vector<FoundEvent> others = all_but(events, k);
-  const Segment& segment = view.segment_of(view.part_of(events[k].segment));
+/// One event's edges, the others as they are; then all sizes.
+void move_one(const EventView& view, EventSet& set, std::size_t k) {
+  FoundEvent moved = set.events()[k];
+  const Segment& segment = view.segment_of(view.part_of(moved.segment));
   const double step = 0.5 * (segment.time(segment.count - 1) - segment.time(0)) /
                       static_cast<double>(std::min(segment.count, kMostEdges));
-  move_edges(view, size_all(others, view.changes(others), view.rest()), step, events[k]);
-  return size_all(events, view.changes(events), view.rest());
-}
-
-Eigen::VectorXd move_all(const EventView& view, std::vector<FoundEvent>& events) {
-  Eigen::VectorXd left = view.rest();
-  for (std::size_t k = 0; k < events.size(); ++k) left = move_one(view, events, k);
-  return left;
-}
-
-/// Sets the log evidence of each over the rest without it.
-void weigh(const EventView& view, std::vector<FoundEvent>& events, const Eigen::VectorXd& left) {
-  for (std::size_t k = 0; k < events.size(); ++k) {
-    std::vector<FoundEvent> others = all_but(events, k);
-    const double without = size_all(others, view.changes(others), view.rest()).squaredNorm();
-    events[k].evidence = 0.5 * (without - left.squaredNorm()) - view.threshold() + kWorthLearning;
-  }
+  move_edges(view, set.left_without(k), step, moved);
+  set.put(k, moved);
 }
 
 /// Segments of which events do not take away most of what is beyond the usual.
@@ -364,23 +384,22 @@ std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& lef
 std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
                                       const std::vector<int>& segments, bool fitted) {
   EventView view(sets, model, experiment, segments, fitted);
-  std::vector<FoundEvent> events;
-  if (!view.is_usable()) return events;
+  if (!view.is_usable()) return {};
   view.prepare();
-  Eigen::VectorXd left = view.rest();
-  while (const std::optional<FoundEvent> next = view.best(left, events)) {
-    events.push_back(*next);
-    left = move_one(view, events, events.size() - 1);
+  EventSet set(view);
+  while (const std::optional<FoundEvent> next = view.best(set.left(), set.events())) {
+    set.add(*next);
+    move_one(view, set, set.events().size() - 1);
   }
   // What is not needed is taken out, the weakest first; the others' edges move into its place.
   for (;;) {
-    left = move_all(view, events);
-    weigh(view, events, left);
-    const auto weakest = std::ranges::min_element(events, {}, &FoundEvent::evidence);
-    if (weakest == events.end() || weakest->evidence > kWorthLearning) break;
-    events.erase(weakest);
+    for (std::size_t k = 0; k < set.events().size(); ++k) move_one(view, set, k);
+    const auto weakest = std::ranges::min_element(set.events(), {}, &FoundEvent::evidence);
+    if (weakest == set.events().end() || weakest->evidence > kWorthLearning) break;
+    set.remove(static_cast<std::size_t>(weakest - set.events().begin()));
   }
-  const std::set<int> little = little_explained(view, left);
+  std::vector<FoundEvent> events = set.events();
+  const std::set<int> little = little_explained(view, set.left());
   std::erase_if(events, [&](const FoundEvent& f) { return little.count(f.segment) > 0; });
   std::ranges::sort(events, {}, [](const FoundEvent& f) { return std::pair(f.segment, f.event.begin); });
   return events;

@@ -132,6 +132,10 @@ class EventFinder {
     return std::accumulate(each.begin(), each.end(), 0.0);
   }
 
+  double samples_of(int segment) const {
+    return static_cast<double>(recorded_.channels.size() * recorded_.segments[static_cast<std::size_t>(segment)].count);
+  }
+
   /// Sizes, edges and, where they are `fitted`, the model's numbers in full simulation, as long as less is left. False:
   /// never less than `before`.
   bool settle(const std::vector<int>& segments, bool fitted, double before, Events& events) {
@@ -161,6 +165,9 @@ class EventFinder {
       if (group.front().event.kind == EventSpec::Kind::reading) continue;
       const Events others = all_but(events, group);
       double least = left_of(model_, with_events(recorded_, events), {group.front().segment});
+      // An effort has two numbers more, its size and its rise: Schwarz's criterion.
+      const double samples = samples_of(group.front().segment);
+      if (group.front().event.kind == EventSpec::Kind::effort) least *= std::exp(2.0 * std::log(samples) / samples);
       if (const std::optional<FoundEvent> command = best_command(others, group, least)) {
         events = others;
         events.push_back(*command);
@@ -236,7 +243,7 @@ class EventFinder {
         std::iota(all.begin(), all.end(), 0);
         std::vector<double> left = left_by(model_, trial, all);
         const auto least = std::min_element(left.begin() + 1, left.end());
-        const double samples = static_cast<double>(recorded_.channels.size() * trial.segments.front().count);
+        const double samples = samples_of(segment);
         if (0.5 * samples * std::log(*least / left.front()) > kWorthLearning) break;
         events = all_but(events, {own[static_cast<std::size_t>(least - left.begin()) - 1]});
       }

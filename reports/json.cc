@@ -214,9 +214,16 @@ Json unexplained_of(const Unexplained& unexplained) {
                      {"rms_over_noise", m.ratio},
                      {"p_value", m.p_value}});
   }
-  return {{"present", unexplained.present}, {"where", unexplained.where},
-          {"regions", unexplained.regions}, {"times", times},
-          {"share", unexplained.share},     {"probability", unexplained.probability}};
+  Json joints = Json::object();
+  for (const Unexplained::AtJoint& at : unexplained.per_joint)
+    joints[at.joint] = {{"rms_over_noise", at.over_noise}, {"probability", at.probability}};
+  return {{"present", unexplained.present},
+          {"where", unexplained.where},
+          {"regions", unexplained.regions},
+          {"times", times},
+          {"share", unexplained.share},
+          {"probability", unexplained.probability},
+          {"per_joint", joints}};
 }
 
 Json json_of(const LearnedLaw& law) {
