@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kMostEdges = 250;  ///< instants at which a rectangle may begin or end, at first
 constexpr double kLongest = 0.25;        ///< of the recording: what lasts longer is no event
 constexpr std::size_t kMost = 8;         ///< in one segment
+constexpr double kRare = 0.5;            ///< events a second of the recordings, at most
 constexpr double kMostOfIt = 0.5;        ///< of what a segment leaves beyond the noise, that its events take away
 constexpr int kEdgeSteps = 2;            ///< either way that an edge is moved at a time
 constexpr double kFewestInPiece = 16.0;  ///< samples
@@ -201,6 +202,14 @@ class EventView {
   double threshold() const {
     return kWorthLearning + std::log(tried()) + 0.5 * std::log(std::max(static_cast<double>(rest_.size()), 1.0));
   }
+  double seconds() const {
+    double out = 0.0;
+    for (const Part& part : parts_) {
+      const Segment& segment = segment_of(part);
+      out += segment.time(segment.count - 1) - segment.time(0);
+    }
+    return out;
+  }
   /// Energy that a part usually leaves.
   double usual(const Part& part) const {
     double out = 0.0;
@@ -333,11 +342,21 @@ class EventSet {
   Eigen::VectorXd left_;
 };
 
+/// Edges at the samples next to them.
+void snap(const Segment& segment, Event& event) {
+  for (double* edge : {&event.begin, &event.end}) {
+    std::size_t k = 0;
+    while (k + 1 < segment.count && 0.5 * (segment.time(k) + segment.time(k + 1)) < *edge) ++k;
+    *edge = segment.time(k);
+  }
+}
+
 /// Moves both edges of one event, the others as they are, by steps that become shorter.
 void move_edges(const EventView& view, const Eigen::VectorXd& without, double step, FoundEvent& found) {
   const Segment& segment = view.segment_of(view.part_of(found.segment));
   const double sample = segment.time(1) - segment.time(0), begin = segment.time(0),
                end = segment.time(segment.count - 1);
+  const bool reading = found.event.kind == EventSpec::Kind::reading;
   const double finest = found.event.kind == EventSpec::Kind::effort ? kFinest * sample : sample;
   const std::vector<double> rises =
       found.event.kind == EventSpec::Kind::effort ? std::vector<double>{0.0, 0.2, 0.35, 0.5} : std::vector<double>{0.0};
@@ -350,6 +369,7 @@ void move_edges(const EventView& view, const Eigen::VectorXd& without, double st
           FoundEvent tried = from;
           tried.event.begin = std::max(begin, from.event.begin + a * step);
           tried.event.end = std::min(end, from.event.end + b * step);
+          if (reading) snap(segment, tried.event);
           tried.event.rise = rise * (tried.event.end - tried.event.begin);
           if (tried.event.end - tried.event.begin > 0.5 * sample) offered.push_back(tried);
         }
@@ -390,6 +410,7 @@ std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel
   while (const std::optional<FoundEvent> next = view.best(set.left(), set.events())) {
     set.add(*next);
     move_one(view, set, set.events().size() - 1);
+    if (static_cast<double>(set.events().size()) > kRare * view.seconds()) return {};  // it is the model that is wrong
   }
   // What is not needed is taken out, the weakest first; the others' edges move into its place.
   for (;;) {

@@ -89,9 +89,14 @@ class EventFinder {
       Events all = events;
       all.insert(all.end(), more.begin(), more.end());
       const double before = left_of(model_, with, segments);
+      const CurrentModel model = model_;
       if (!settle(segments, fitted, before, all)) break;
       name_commands(all);
       drop_needless(segments, all);
+      if (all.size() <= events.size()) {  // nothing more was needed
+        model_ = model;
+        break;
+      }
       settle(segments, fitted, before, all);
       events = std::move(all);
     }
@@ -187,7 +192,9 @@ class EventFinder {
       about.event.end = std::max(about.event.end, one.event.end);
       about.evidence = std::max(about.evidence, one.evidence);
     }
-    for (int step = kShifts; step > 0; step /= 2) {
+    double here_least = HUGE_VAL;
+    // Once more at the finest step first: edges that are right already must not be walked away from.
+    for (const int step : {1, kShifts, kShifts / 2, kShifts / 4, 1}) {
       const Events offered = commands_around(without, about, step);
       Experiment trial = recorded_;
       trial.segments.assign(offered.size(), without);
@@ -196,7 +203,8 @@ class EventFinder {
         add_event(trial.segments[k], offered[k].event), all.push_back(static_cast<int>(k));
       const std::vector<double> left = left_by(model_, trial, all);
       const auto here = std::ranges::min_element(left);
-      about = offered[static_cast<std::size_t>(here - left.begin())];
+      if (!(*here < here_least)) continue;
+      here_least = *here, about = offered[static_cast<std::size_t>(here - left.begin())];
       if (*here < least) least = *here, best = about;
     }
     return best;

@@ -61,6 +61,7 @@ class Efforts {
     Scenario whole = scenario;
     for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position})
       whole.channels.of.erase(kind);
+    whole.events.clear();  // what happened is missing, too
     whole.prediction = FreeRun{};
     free_run_ = make_experiment(whole);
     if (!possible(free_run_)) return;

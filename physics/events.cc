@@ -69,13 +69,18 @@ std::vector<double> mean_of_intervals(const Segment& segment, const Event& event
 
 std::vector<double> value_at_samples(const Segment& segment, const Event& event) {
   std::vector<double> out;
-  for (std::size_t k = 0; k < segment.count; ++k)
-    out.push_back(segment.time(k) >= event.begin && segment.time(k) < event.end ? 1.0 : 0.0);
+  for (std::size_t k = 0; k < segment.count; ++k) {
+    const double time = segment.time(k);
+    const bool to_the_end = k + 1 == segment.count && time <= event.end;
+    out.push_back(time >= event.begin && (time < event.end || to_the_end) ? 1.0 : 0.0);
+  }
   return out;
 }
 
 void add_event(Segment& segment, const Event& event) {
-  if (event.end <= segment.time(0) || event.begin >= segment.time(segment.count - 1)) return;
+  // A command from before the segment may still be on its way.
+  const bool outside = event.end <= segment.time(0) || event.begin > segment.time(segment.count - 1);
+  if (outside && event.kind != EventSpec::Kind::command) return;
   switch (event.kind) {
     case EventSpec::Kind::effort: return push(segment, event);
     case EventSpec::Kind::command: return command(segment, event);
@@ -95,13 +100,13 @@ void add_events(const Scenario& scenario, Experiment& experiment) {
       throw InputError(spec.where, "no command of " + quoted(spec.joint), "a joint with a command channel");
     if (spec.kind == EventSpec::Kind::reading && !read)
       throw InputError(spec.where, "no position of " + quoted(spec.joint), "a joint with a position channel");
+    const auto in_file = [&](const Segment& segment) { return segment.file == spec.file; };
+    if (std::ranges::none_of(experiment.segments, in_file)) continue;  // a part of the recordings only
     bool touched = false;
     for (Segment& segment : experiment.segments) {
+      if (!in_file(segment)) continue;
       const double clock = segment.commands->begin;
-      if (segment.file != spec.file || spec.to <= clock + segment.time(0) ||
-          spec.from >= clock + segment.time(segment.count - 1))
-        continue;
-      touched = true;
+      touched = touched || (spec.to > clock && spec.from < clock + segment.commands->time.back());
       add_event(segment, {spec.kind, joint, spec.from - clock, spec.to - clock, spec.value, spec.rise});
     }
     if (!touched)

@@ -24,11 +24,13 @@ std::vector<double> mean_of_intervals(const Segment& segment, const Event& event
 std::vector<double> value_at_samples(const Segment& segment, const Event& event);
 
 /// Puts an event into a segment beside those that it has. An effort is what it is on the mean of each interval; a
-/// command and a reading at the samples in between. Where it does not touch the segment nothing is changed.
+/// command and a reading at the samples from `begin` to before `end`, a reading that lasts to the end at the last one,
+/// too. Where it does not touch the segment nothing is changed.
 void add_event(Segment& segment, const Event& event);
 
 /// Puts the scenario's events into the experiment's segments of their recordings. Throws InputError where one is not in
-/// its recording, has no command or position to act on, or the motion is measured and not simulated.
+/// its recording (recordings that are not in the experiment have none), has no command or position to act on, or the
+/// motion is measured and not simulated.
 void add_events(const Scenario& scenario, Experiment& experiment);
 
 /// The other way: an event of a segment as a scenario says it.

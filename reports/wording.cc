@@ -182,7 +182,7 @@ std::string event_sentence(const Scenario& scenario, const Diagnosis& d) {
   for (const LearnedEvent& event : d.events) (event.role == Role::test ? in_test : elsewhere) = true;
   const Role role = rms_in(d.after, Role::validate).empty() ? Role::train : Role::validate;
   const std::string better = improvement(scenario, d, "", role);
-  if (elsewhere && !better.empty()) out += " With what happened in it taken into account " + better + ".";
+  if (elsewhere && !better.empty()) out += " With these events in the simulation " + better + ".";
   if (in_test) out += " What happened in the test recordings stays in their figures.";
   return out;
 }
@@ -348,11 +348,16 @@ std::string rest_words(const Diagnosis& diagnosis) {
          (diagnosis.findings.empty() ? "is more than noise" : "remains above the noise");
 }
 
+/// To milliseconds, whatever the clock stands at.
+std::string seconds_of(double time) {
+  return number(time, 4 + std::max(0, static_cast<int>(std::log10(std::max(1.0, std::fabs(time))))));
+}
+
 std::string event_words(const LearnedEvent& event) {
   const bool sized = event.kind != EventSpec::Kind::command || event.value != 0.0;
   const std::string size = sized ? " of " + quantity(event.value, event.unit, 3) : "";
-  return fmt::format("{}{} in {} from {} to {} s", event.resembles, size, event.recording, number(event.from, 4),
-                     number(event.to, 4));
+  return fmt::format("{}{} in {} from {} to {} s", event.resembles, size, event.recording, seconds_of(event.from),
+                     seconds_of(event.to));
 }
 
 std::vector<std::vector<LearnedEvent>> alike(const std::vector<LearnedEvent>& events) {

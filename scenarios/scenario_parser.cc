@@ -331,7 +331,9 @@ void ScenarioParser::parse_events(const YamlCursor& entry, EventSpec::Kind kind)
   const YamlCursor place = entry.at("where");
   EventSpec spec{kind, place.text(), "", 0.0, 0.0, 0.0, 0.0, ""};
   expect_joint(spec.joint, place);
-  for (const YamlCursor& item : entry.at("events").items()) {
+  const YamlCursor events = entry.at("events");
+  if (events.items().empty()) events.fail("at least one event");
+  for (const YamlCursor& item : events.items()) {
     item.expect_keys({"recording", "from", "to", "value", "rise"});
     spec.where = item.where();
     spec.file = item.at("recording").text();

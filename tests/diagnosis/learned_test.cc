@@ -2,80 +2,27 @@
 #include "diagnosis/learned.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include "physics/truth.h"
-#include "tests/ga/plant_problems.h"
+#include "tests/diagnosis/outside.h"
 
 namespace lacuna {
 namespace {
 
 using namespace test;
 
-constexpr double kRippleNoise = 1e-3;     // rad, of a reading
 constexpr double kRippled = 0.2;          // N m, beside 9 N m of the drive and 4.9 N m of the rod's weight
 constexpr double kRipplesARadian = 24.0;  // of OutsidePhysics::Kind::position_ripple
-constexpr double kRecordedFor = 20.0;     // s
-const PendulumTruth kGuessed{2.2, 1.1, 5.0, 1.0};
-
-/// Another engine than the one that diagnoses, where there is one; ODE's accelerations are good to 1e-5 only.
-std::string another_engine() {
-  for (const std::string& engine : available_engines())
-    if (engine != "featherstone" && engine != "ode") return engine;
-  return available_engines().front();
-}
-
-/// What a pendulum with a ripple of `strength` reads, from rest, by the truth's own integrator.
-std::shared_ptr<const Recording> rippled_recording(double strength, double shift, const std::string& file,
-                                                   std::uint64_t seed) {
-  Scenario truth = pendulum_scenario({});
-  const auto data = recording_of(*truth.robot, rested_drive(kRecordedFor, shift), {{0.0}, {0.0}, false}, file);
-  add_recording(truth, data);
-  const PlantModel model(truth);
-  const Experiment experiment = make_experiment(truth);
-  TruthOptions options;
-  options.engine = another_engine();
-  options.outside.push_back({OutsidePhysics::Kind::position_ripple, 0, strength, {}});
-  std::vector<double>& q = data->columns[static_cast<std::size_t>(data->find("q_swing"))];
-  q = simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options).front();
-  Noise random(seed);
-  for (double& x : q) x += kRippleNoise * random();
-  return data;
-}
 
 /// The plain pendulum, from wrong numbers, on recordings of a rippled one.
-Scenario rippled_pendulum(double strength, const std::vector<Role>& roles = {Role::train, Role::validate, Role::test}) {
-  Scenario out = pendulum_scenario(kGuessed);
-  for (const Role role : roles) {
-    const auto k = static_cast<std::uint64_t>(role);
-    add_recording(
-        out, rippled_recording(strength, 7.3 * static_cast<double>(k), std::string(to_string(role)) + ".csv", 11 + k),
-        role);
-  }
-  for (const char* name : {"gain", "damping", "stiffness"})
-    out.identify.push_back({name, true, 0.2, 5.0, std::string("test: identify.") + name});
-  out.noise[ChannelKind::position]["swing"] = kRippleNoise;
-  return out;
-}
-
-Diagnosis diagnosed(const Scenario& scenario, int threads = 2) {
-  DiagnoseOptions options;
-  options.identify.optimizer = Optimizer::lsq;
-  options.identify.simulator.threads = threads;
-  options.other_engines = false;
-  return diagnose(scenario, options);
+Scenario rippled_pendulum(double strength, const std::vector<Role>& roles = kEveryRole) {
+  const OutsidePhysics ripple{OutsidePhysics::Kind::position_ripple, 0, strength, {}};
+  return guessed_pendulum([&](Role) { return std::vector<OutsidePhysics>{ripple}; }, roles);
 }
 
 /// Made once for all tests of it.
 const Diagnosis& rippled_diagnosis() {
   static const Diagnosis d = diagnosed(rippled_pendulum(kRippled));
   return d;
-}
-
-double test_rms(const FitResult& fit) {
-  for (const auto& [role, rms] : fit.rms)
-    if (role == Role::test) return rms.front().second;
-  return std::nan("");
 }
 
 TEST(LearnedLaws, StandWhereTheCatalogueHasNoName) {
@@ -97,9 +44,9 @@ TEST(LearnedLaws, StandWhereTheCatalogueHasNoName) {
 
 TEST(LearnedLaws, LeaveTheNoiseOnRecordingsThatWereNotFitted) {
   const Diagnosis& d = rippled_diagnosis();
-  EXPECT_GT(test_rms(d.before), 3.0 * kRippleNoise);
+  EXPECT_GT(rms_in_role(d.before, Role::test), 3.0 * kTransducerNoise);
   // Of a thousand samples the noise's own rms is good to 2 %, and what some twenty numbers cost is less.
-  EXPECT_LT(test_rms(d.after), 1.15 * kRippleNoise);
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
   ASSERT_EQ(d.learned.size(), 1u);
   // All but the noise's own: of three times its rms a ninth.
   EXPECT_GT(d.learned.front().heldout_share, 0.85);
@@ -128,32 +75,16 @@ TEST(LearnedLaws, AreTheCurveThatWasConcealed) {
   EXPECT_LT(missed, 0.05 * all);
 }
 
-/// Written with its recordings, and read again.
-Scenario read_again(Scenario scenario) {
-  namespace fs = std::filesystem;
-  const fs::path folder = fs::temp_directory_path() / ("lacuna_learned_" + std::to_string(getpid()));
-  fs::create_directories(folder);
-  fs::copy_file(fs::path(LACUNA_SOURCE_DIR) / "scenarios/pendulum/pendulum.urdf", folder / "pendulum.urdf",
-                fs::copy_options::overwrite_existing);
-  for (const RecordingSpec& recording : scenario.recordings) write_csv(folder / recording.file, *recording.data);
-  scenario.file = folder / "scenario.diagnosed.yaml";
-  scenario.robot_file = "pendulum.urdf";
-  save_scenario(scenario, scenario.file);
-  const Scenario out = load_scenario(scenario.file);
-  fs::remove_all(folder);
-  return out;
-}
-
 TEST(LearnedLaws, ExplainTheRecordingsOnceTheyAreInTheScenario) {
   const Scenario scenario = rippled_pendulum(kRippled);
-  const Scenario again = read_again(diagnosed_scenario(scenario, rippled_diagnosis()));
+  const Scenario again = saved_and_read(diagnosed_scenario(scenario, rippled_diagnosis()));
   ASSERT_EQ(again.effects.size(), 1u);
   EXPECT_EQ(again.effects.front().effect, "learned_effort");
   const Diagnosis d = diagnosed(again);
   EXPECT_EQ(d.verdict, Verdict::consistent) << (d.findings.empty() ? "" : d.findings.front().effect);
   EXPECT_TRUE(d.learned.empty());
   EXPECT_FALSE(d.unexplained.present);
-  EXPECT_LT(test_rms(d.after), 1.15 * kRippleNoise);
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
 }
 
 TEST(LearnedLaws, HaveTheSameBitsOnOneThreadAndOnTwo) {

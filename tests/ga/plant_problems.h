@@ -20,9 +20,9 @@ inline Scenario pendulum_scenario(const PendulumTruth& p) {
 }
 
 /// Sines after half a second at rest: from a start in mid-motion the speed is known only as well as noise allows.
-inline Drive rested_drive(double seconds, double shift) {
-  Drive drive = sine_drive(1, seconds, 0.02, 3.0, shift);
-  std::fill_n(drive.u[0].begin(), 25, 0.0);
+inline Drive rested_drive(double seconds, double shift, int joints = 1) {
+  Drive drive = sine_drive(joints, seconds, 0.02, 3.0, shift);
+  for (std::vector<double>& u : drive.u) std::fill_n(u.begin(), 25, 0.0);
   return drive;
 }
 
@@ -69,8 +69,7 @@ inline Scenario two_machines(std::vector<EffectSpec> concealed = {}, const std::
   truth.effects = std::move(concealed);
   int k = 0;
   for (const Role role : roles) {
-    Drive drive = sine_drive(2, 8.0, 0.02, 3.0, 7.3 * k);
-    for (std::vector<double>& u : drive.u) std::fill_n(u.begin(), 25, 0.0);
+    const Drive drive = rested_drive(8.0, 7.3 * k, 2);
     const std::string file = k == 0 ? "run.csv" : "run_" + std::to_string(k) + ".csv";
     add_recording(scenario,
                   simulated_recording(truth, drive, {{0.0, 0.0}, {0.0, 0.0}, false}, available_engines().front(), file,

@@ -57,9 +57,8 @@ void expect_linear_response(const Driven& driven, const std::string& engine, dou
   ASSERT_TRUE(motion.front().is_finite());
   const std::vector<std::vector<double>> values{driven.model->values(), driven.with};
   std::vector<std::vector<std::vector<double>>> excess(2);
-  simulator->excess(values, one, motion, [&](int i, int, const auto& efforts) {
-    excess[static_cast<std::size_t>(i)] = efforts;
-  });
+  simulator->excess(values, one, motion,
+                    [&](int i, int, const auto& efforts) { excess[static_cast<std::size_t>(i)] = efforts; });
   const auto intervals = static_cast<Eigen::Index>(motion.front().intervals());
   Eigen::MatrixXd added(2, intervals);
   for (Eigen::Index j = 0; j < 2; ++j)
@@ -112,6 +111,38 @@ TEST(LinearMotion, AnswersNothingToNothing) {
                           ->linearise(driven.model->values(), one, {1.0, 1.0});
   const auto intervals = static_cast<Eigen::Index>(motion.front().intervals());
   EXPECT_EQ(motion.front().response(Eigen::MatrixXd::Zero(2, intervals)).norm(), 0.0);
+}
+
+TEST(LinearMotion, AnswersManyEffortsAtOneJointAsEachAlone) {
+  constexpr double kRoundingOfAProduct = 1e-13;  // of forty products, each smaller than what went in
+  constexpr Eigen::Index kStates = 5, kIntervals = 40, kRows = 3;
+  Noise random(4);
+  const auto drawn = [&](Eigen::Index rows, Eigen::Index columns, double size) {
+    Eigen::MatrixXd out(rows, columns);
+    for (Eigen::Index j = 0; j < columns; ++j)
+      for (Eigen::Index i = 0; i < rows; ++i) out(i, j) = size * random();
+    return out;
+  };
+  LinearMotion motion;
+  motion.dof = 2;
+  for (Eigen::Index k = 0; k < kIntervals; ++k) {
+    motion.A.push_back(drawn(kStates, kStates, 0.3));
+    motion.B.push_back(drawn(kStates, 2, 1.0));
+  }
+  const Eigen::MatrixXd efforts = drawn(kRows, kIntervals, 1.0);
+  for (const int joint : {0, 1}) {
+    const std::vector<Eigen::MatrixXd> found = motion.responses_at(joint, efforts);
+    ASSERT_EQ(found.size(), 3u);
+    for (Eigen::Index i = 0; i < kRows; ++i) {
+      Eigen::MatrixXd alone = Eigen::MatrixXd::Zero(2, kIntervals);
+      alone.row(joint) = efforts.row(i);
+      const Eigen::MatrixXd expected = motion.response(alone);
+      ASSERT_EQ(found[static_cast<std::size_t>(i)].cols(), kIntervals + 1);
+      EXPECT_LT((found[static_cast<std::size_t>(i)] - expected).norm(), kRoundingOfAProduct * expected.norm())
+          << "joint " << joint << " row " << i;
+      EXPECT_GT(expected.norm(), 1.0) << "nothing was tested";
+    }
+  }
 }
 
 }  // namespace

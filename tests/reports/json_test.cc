@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "reports/wording.h"
 #include "tests/reports/sample.h"
 
 namespace lacuna {
@@ -96,6 +97,61 @@ TEST(DiagnosisJson, LearnedLawsStandInTheirOrderAndMayHaveNoPeriodNorEveryBand) 
   EXPECT_EQ(learned["over_unit"], "rad/s");
   EXPECT_TRUE(learned["period"].is_null());
   EXPECT_TRUE(learned["curve"][0]["upper95"].is_null());
+}
+
+TEST(DiagnosisJson, EventsHoldEveryKeyOfTheContract) {
+  LearnedEvent weak = sample::learned_event_in("validate_1.csv", Role::validate);
+  weak.evidence = 12.0;
+  LearnedEvent strong = sample::learned_event();
+  strong.evidence = 14.0;
+  const std::vector<LearnedEvent> events{weak, strong};
+  const Json out = Json::parse(to_json(sample::eventful_diagnosis(events), sample::context()));
+  ASSERT_EQ(out["learned"].size(), 1u);
+  const Json& learned = out["learned"][0];
+  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
+                        "resembles", "probability", "evidence", "heldout"});
+  EXPECT_EQ(learned["where"], "joint_2");
+  EXPECT_EQ(learned["stage"], "link");
+  EXPECT_EQ(learned["over"], Json::array({"t"}));
+  EXPECT_EQ(learned["over_unit"], "s");
+  EXPECT_EQ(learned["unit"], "N m");
+  EXPECT_EQ(learned["curve"], Json::array());
+  for (const char* none : {"period", "heldout"}) EXPECT_TRUE(learned[none].is_null()) << none;
+  EXPECT_EQ(learned["description"], description_of(events));
+  EXPECT_EQ(learned["resembles"], Json({{"law", "a push"}, {"share", nullptr}}));
+  EXPECT_EQ(learned["evidence"], 14.0) << "of the strongest";
+  EXPECT_DOUBLE_EQ(learned["probability"], 1.0 / (1.0 + std::exp(-14.0)));
+  ASSERT_EQ(learned["events"].size(), 2u);
+  EXPECT_EQ(learned["events"][0], Json({{"recording", "validate_1.csv"},
+                                        {"role", "validate"},
+                                        {"from", 6.1},
+                                        {"to", 6.6},
+                                        {"value", 12.0},
+                                        {"unit", "N m"},
+                                        {"resembles", "a push"},
+                                        {"evidence", 12.0}}));
+  EXPECT_EQ(learned["events"][1]["recording"], "train_1.csv");
+}
+
+TEST(DiagnosisJson, EventsStandBehindTheLawsOneEntryForEachKindAndJoint) {
+  using Kind = EventSpec::Kind;
+  LearnedEvent elsewhere = sample::learned_event();
+  elsewhere.place = "joint_1";
+  Diagnosis d = sample::learned_diagnosis({sample::learned_law()});
+  d.events = {sample::learned_event(Kind::command), sample::learned_event(), sample::learned_event(Kind::reading),
+              elsewhere, sample::learned_event_in("test_1.csv", Role::test)};
+  const Json learned = Json::parse(to_json(d, sample::context()))["learned"];
+  ASSERT_EQ(learned.size(), 5u);
+  EXPECT_EQ(learned[0]["events"], Json::array()) << "a law";
+  const std::vector<std::string> stages{"command", "link", "reading", "link"};
+  const std::vector<std::string> joints{"joint_2", "joint_2", "joint_2", "joint_1"};
+  for (std::size_t k = 0; k < stages.size(); ++k) {
+    EXPECT_EQ(learned[k + 1]["stage"], stages[k]) << k;
+    EXPECT_EQ(learned[k + 1]["where"], joints[k]) << k;
+  }
+  ASSERT_EQ(learned[2]["events"].size(), 2u);
+  EXPECT_EQ(learned[2]["events"][1]["role"], "test");
+  EXPECT_EQ(learned[1]["events"][0]["unit"], "%");
 }
 
 TEST(DiagnosisJson, NumbersThatAreNotFiniteBecomeNull) {

@@ -144,6 +144,16 @@ TEST(DiagnosisPage, ALearnedLawsJointIsTextAndNoMarkup) {
   EXPECT_NE(page.find("&lt;script&gt;alert(1)&lt;/script&gt; lacks a torque"), std::string::npos);
 }
 
+TEST(DiagnosisPage, AnEventsNamesAreTextAndNoMarkup) {
+  LearnedEvent event = sample::learned_event();
+  event.place = "<script>alert(1)</script>", event.recording = "<script>alert(2)</script>.csv";
+  const std::string page = diagnosis_page(Scenario{}, sample::eventful_diagnosis({event}), sample::context(), {});
+  expect_self_contained(page);
+  EXPECT_NE(page.find("Events at &lt;script&gt;alert(1)&lt;/script&gt;: a push of 12 N m in "
+                      "&lt;script&gt;alert(2)&lt;/script&gt;.csv from 6.1 to 6.6 s"),
+            std::string::npos);
+}
+
 TEST(DiagnosisPage, InputCannotBecomeMarkup) {
   Context context = sample::context();
   context.command_line = "<script>alert(1)</script>";

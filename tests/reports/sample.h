@@ -147,6 +147,34 @@ inline Diagnosis learned_diagnosis(std::vector<LearnedLaw> laws) {
   return d;
 }
 
+/// Something that happened once, of one kind: 0.5 s of it.
+inline LearnedEvent learned_event(EventSpec::Kind kind = EventSpec::Kind::effort) {
+  LearnedEvent e;
+  e.kind = kind;
+  e.place = "joint_2", e.recording = "train_1.csv", e.role = Role::train;
+  e.from = 6.1, e.to = 6.6, e.evidence = 850.0;
+  switch (kind) {
+    case EventSpec::Kind::effort: e.value = 12.0, e.unit = "N m", e.resembles = "a push"; break;
+    case EventSpec::Kind::command: e.value = 0.0, e.unit = "%", e.resembles = "a lost command"; break;
+    default: e.value = 0.02, e.unit = "rad", e.resembles = "a slip of the transducer";
+  }
+  e.pieces = {{kind, e.place, e.recording, e.from, e.to, e.value, 0.0, "learned"}};
+  return e;
+}
+inline LearnedEvent learned_event_in(const std::string& recording, Role role) {
+  LearnedEvent e = learned_event();
+  e.recording = e.pieces.front().file = recording;
+  e.role = role;
+  return e;
+}
+
+/// Nothing that has a name, and events in its place.
+inline Diagnosis eventful_diagnosis(std::vector<LearnedEvent> events) {
+  Diagnosis d = learned_diagnosis({});
+  d.events = std::move(events);
+  return d;
+}
+
 /// Every string in it is an attack on the page.
 inline Diagnosis hostile_diagnosis() {
   const std::string attack = "<script>alert('x')</script>\"&\xff\x01";
@@ -164,6 +192,9 @@ inline Diagnosis hostile_diagnosis() {
   law.place = law.unit = law.way_unit = attack;
   describe_curve(law);
   d.learned = {law};
+  LearnedEvent event = learned_event();
+  event.place = event.recording = event.unit = event.resembles = attack;
+  d.events = {event};
   d.noise.front().first = attack;
   for (FitResult* result : {&d.before, &d.after}) {
     result->engine = result->optimizer = attack;

@@ -139,6 +139,70 @@ TEST(VerdictSentence, SaysEveryLearnedLawAndTheirGainOnce) {
   EXPECT_EQ(verdict_sentence(Scenario{}, sample::diagnosis()).find("Learned"), std::string::npos);
 }
 
+TEST(EventWords, SayWhatHappenedWhereAndWhen) {
+  using Kind = EventSpec::Kind;
+  EXPECT_EQ(event_words(sample::learned_event()), "a push of 12 N m in train_1.csv from 6.1 to 6.6 s");
+  EXPECT_EQ(event_words(sample::learned_event(Kind::reading)),
+            "a slip of the transducer of 0.02 rad in train_1.csv from 6.1 to 6.6 s");
+  LearnedEvent command = sample::learned_event(Kind::command);
+  EXPECT_EQ(event_words(command), "a lost command in train_1.csv from 6.1 to 6.6 s") << "nothing has no size";
+  command.value = -35.0, command.resembles = "a repeated command";
+  EXPECT_EQ(event_words(command), "a repeated command of -35 % in train_1.csv from 6.1 to 6.6 s");
+}
+
+TEST(EventWords, RoundToWhatIsRead) {
+  LearnedEvent push = sample::learned_event();
+  push.value = -1.23456, push.from = 6.12345, push.to = 106.789;
+  EXPECT_EQ(event_words(push), "a push of -1.23 N m in train_1.csv from 6.123 to 106.789 s");
+}
+
+TEST(EventWords, GroupEventsByKindAndJointInTheirOrder) {
+  LearnedEvent elsewhere = sample::learned_event();
+  elsewhere.place = "joint_1";
+  const LearnedEvent push = sample::learned_event(), slip = sample::learned_event(EventSpec::Kind::reading);
+  EXPECT_TRUE(alike({}).empty());
+  const auto groups = alike({slip, push, elsewhere, push, slip, push});
+  ASSERT_EQ(groups.size(), 3u);
+  EXPECT_EQ(groups[0].size(), 2u);
+  EXPECT_EQ(groups[0].front().kind, EventSpec::Kind::reading);
+  EXPECT_EQ(groups[1].size(), 3u);
+  EXPECT_EQ(groups[1].front().place, "joint_2");
+  ASSERT_EQ(groups[2].size(), 1u);
+  EXPECT_EQ(groups[2].front().place, "joint_1");
+}
+
+TEST(EventWords, TellThreeOfAGroupAndCountTheOthers) {
+  std::vector<LearnedEvent> events;
+  for (const char* file : {"a.csv", "b.csv", "c.csv", "d.csv", "e.csv"})
+    events.push_back(sample::learned_event_in(file, Role::train));
+  const auto push = [](const std::string& file) { return "a push of 12 N m in " + file + " from 6.1 to 6.6 s"; };
+  EXPECT_EQ(description_of({events[0]}), "joint_2: " + push("a.csv"));
+  EXPECT_EQ(description_of({events[0], events[1], events[2]}),
+            "joint_2: " + push("a.csv") + ", " + push("b.csv") + " and " + push("c.csv"));
+  EXPECT_EQ(description_of(events),
+            "joint_2: " + push("a.csv") + ", " + push("b.csv") + ", " + push("c.csv") + " and 2 more");
+}
+
+TEST(VerdictSentence, SaysWhatHappenedAndWhatThatTakesAway) {
+  const LearnedEvent push = sample::learned_event(), slip = sample::learned_event(EventSpec::Kind::reading);
+  const std::string words = verdict_sentence(Scenario{}, sample::eventful_diagnosis({push, slip}));
+  EXPECT_NE(words.find(" Events at " + description_of({push}) + ". Events at " + description_of({slip}) + ". "),
+            std::string::npos)
+      << words;
+  // No test figure, in which nothing of it stands. 2.92 and 1.02: of both joints, as above.
+  EXPECT_NE(words.find(" the validate residual falls from 2.92 to 1.02 times the noise."), std::string::npos) << words;
+  EXPECT_EQ(words.find("test"), std::string::npos) << words;
+  EXPECT_EQ(verdict_sentence(Scenario{}, sample::diagnosis()).find("Events"), std::string::npos);
+}
+
+TEST(VerdictSentence, ClaimsNothingOfWhatHappenedInTestRecordingsAlone) {
+  const LearnedEvent push = sample::learned_event_in("test_1.csv", Role::test);
+  const std::string words = verdict_sentence(Scenario{}, sample::eventful_diagnosis({push}));
+  EXPECT_NE(words.find(" Events at " + description_of({push}) + "."), std::string::npos) << words;
+  EXPECT_EQ(words.find("falls"), std::string::npos) << words;
+  EXPECT_NE(words.find("What happened in the test recordings stays in their figures."), std::string::npos) << words;
+}
+
 TEST(VerdictSentence, WithoutNoiseSpeaksInUnits) {
   Diagnosis d = sample::diagnosis();
   d.noise.clear();

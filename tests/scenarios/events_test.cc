@@ -1,0 +1,198 @@
+// What happened once in a recording, in a scenario: read, written back the same, refused by place.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scenarios/scenario.h"
+#include "tests/scenarios/support.h"
+
+namespace lacuna {
+namespace {
+
+using test::input_error;
+using test::kScenario;
+using test::replaced;
+using test::ScenarioFolder;
+using test::Spoiled;
+using testing::AllOf;
+using testing::HasSubstr;
+
+const char* const kFriction = "{effect: coulomb_friction, where: a, parameters: {Fc: 3.5}, recordings: [run.csv]}";
+
+/// kScenario with events of every kind in place of its friction, on lines 23 to 25.
+std::string eventful_scenario() {
+  return replaced(kScenario, kFriction,
+                  "{effect: learned_effort, where: a, events: [{recording: run.csv, from: 0.05, to: 0.25, value: -1.5, "
+                  "rise: 0.05}]}\n"
+                  "  - {effect: learned_command, where: b, events: [{recording: run.csv, from: 0.1, to: 0.2, value: "
+                  "0}]}\n"
+                  "  - {effect: learned_reading, where: b, events: [{recording: run.csv, from: 0.4, to: 0.6, value: "
+                  "0.02}]}");
+}
+
+void expect_same_event(const EventSpec& found, const EventSpec& expected) {
+  EXPECT_EQ(found.kind, expected.kind);
+  EXPECT_EQ(found.joint, expected.joint);
+  EXPECT_EQ(found.file, expected.file);
+  EXPECT_EQ(found.from, expected.from);
+  EXPECT_EQ(found.to, expected.to);
+  EXPECT_EQ(found.value, expected.value);
+  EXPECT_EQ(found.rise, expected.rise);
+}
+void expect_same_events(const std::vector<EventSpec>& found, const std::vector<EventSpec>& expected) {
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    SCOPED_TRACE(fmt::format("event {}", k));
+    expect_same_event(found[k], expected[k]);
+  }
+}
+
+TEST(EventsOfAScenario, AreReadWithTheirKindJointRecordingAndTimes) {
+  const ScenarioFolder folder(eventful_scenario());
+  const Scenario s = load_scenario(folder.file);
+  EXPECT_TRUE(s.effects.empty()) << "an event is no part of the machine";
+  expect_same_events(s.events, {{EventSpec::Kind::effort, "a", "run.csv", 0.05, 0.25, -1.5, 0.05, ""},
+                                {EventSpec::Kind::command, "b", "run.csv", 0.1, 0.2, 0.0, 0.0, ""},
+                                {EventSpec::Kind::reading, "b", "run.csv", 0.4, 0.6, 0.02, 0.0, ""}});
+  EXPECT_THAT(s.events[0].where, testing::EndsWith("scenario.yaml:23: effects[0].events[0]"));
+  EXPECT_THAT(s.events[2].where, testing::EndsWith("scenario.yaml:25: effects[2].events[0]"));
+}
+
+TEST(EventsOfAScenario, MayBeSeveralOfOneJointEachOnItsOwnLine) {
+  const ScenarioFolder folder(replaced(kScenario, kFriction,
+                                       "effect: learned_effort\n    where: b\n    probability: 0.9\n    events:\n"
+                                       "      - {recording: run.csv, from: 0.1, to: 0.2, value: 1}\n"
+                                       "      - {recording: run.csv, from: 0.4, to: 0.5, value: 2, rise: 0}"));
+  const Scenario s = load_scenario(folder.file);
+  expect_same_events(s.events, {{EventSpec::Kind::effort, "b", "run.csv", 0.1, 0.2, 1.0, 0.0, ""},
+                                {EventSpec::Kind::effort, "b", "run.csv", 0.4, 0.5, 2.0, 0.0, ""}});
+  EXPECT_THAT(s.events[1].where, testing::EndsWith("scenario.yaml:28: effects[0].events[1]"));
+}
+
+TEST(EventsOfAScenario, StandBesideLawsAndNamedEffects) {
+  const std::string law =
+      "{effect: learned_effort, where: a, over: [q], knots: [0, 1, 2, 3], values: [0.1, -2, 3, 0]}\n  - ";
+  const ScenarioFolder folder(
+      replaced(eventful_scenario(), "{effect: learned_effort", law + "{effect: learned_effort"));
+  const Scenario s = load_scenario(folder.file);
+  ASSERT_EQ(s.effects.size(), 1u);
+  EXPECT_EQ(s.effects[0].parameters.at("knots"), 4.0);
+  EXPECT_EQ(s.events.size(), 3u);
+}
+
+TEST(EventsOfAScenario, MayRiseForHalfOfTheirTimeAndNoLonger) {
+  // 0.25 and 0.5 and all that is made of them are exact.
+  const std::string all = replaced(eventful_scenario(), "from: 0.05, to: 0.25", "from: 0, to: 0.5");
+  const ScenarioFolder half(replaced(all, "rise: 0.05", "rise: 0.25"));
+  EXPECT_EQ(load_scenario(half.file).events[0].rise, 0.25);
+  const ScenarioFolder longer(replaced(all, "rise: 0.05", "rise: 0.2500001"));
+  EXPECT_THAT(input_error([&] { load_scenario(longer.file); }), HasSubstr("effects[0].events[0].rise"));
+}
+
+class SpoiledEvent : public testing::TestWithParam<Spoiled> {};
+
+TEST_P(SpoiledEvent, IsRefusedWithFilePlaceFoundAndExpected) {
+  const ScenarioFolder folder(replaced(eventful_scenario(), GetParam().from, GetParam().to));
+  const std::string message = input_error([&] { load_scenario(folder.file); });
+  EXPECT_THAT(message, AllOf(HasSubstr(GetParam().message), HasSubstr(": found "), HasSubstr(", expected ")));
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenario, SpoiledEvent,
+    testing::Values(
+        Spoiled{"OfAnUnknownRecording", "run.csv, from: 0.05", "gone.csv, from: 0.05",
+                "scenario.yaml:23: effects[0].events[0].recording: found \"gone.csv\", expected a file listed under "
+                "recordings"},
+        Spoiled{"WithoutARecording", "recording: run.csv, from: 0.1,", "from: 0.1,",
+                "scenario.yaml:24: effects[1].events[0]: found no key \"recording\""},
+        Spoiled{"ToBeforeFrom", "to: 0.25", "to: 0.01",
+                "scenario.yaml:23: effects[0].events[0].to: found \"0.01\", expected s, after from (0.05)"},
+        Spoiled{"OfNoLength", "to: 0.25", "to: 0.05", "scenario.yaml:23: effects[0].events[0].to: found \"0.05\""},
+        Spoiled{"WithoutAnEnd", "to: 0.25, ", "", "scenario.yaml:23: effects[0].events[0]: found no key \"to\""},
+        Spoiled{"FromInWords", "from: 0.05", "from: early",
+                "scenario.yaml:23: effects[0].events[0].from: found \"early\", expected a number"},
+        Spoiled{"WithoutAValue", ", value: -1.5", "", "scenario.yaml:23: effects[0].events[0]: found no key \"value\""},
+        Spoiled{"OfAnInfiniteValue", "value: -1.5", "value: -.inf",
+                "scenario.yaml:23: effects[0].events[0].value: found \"-.inf\", expected a finite number"},
+        Spoiled{"RiseTooLong", "rise: 0.05", "rise: 0.11",
+                "scenario.yaml:23: effects[0].events[0].rise: found \"0.11\", expected s, from 0 to half of the event"},
+        Spoiled{"RiseBelowNothing", "rise: 0.05", "rise: -0.01",
+                "scenario.yaml:23: effects[0].events[0].rise: found \"-0.01\""},
+        Spoiled{"RiseOfACommand", "value: 0}", "value: 0, rise: 0.01}",
+                "scenario.yaml:24: effects[1].events[0].rise: found \"0.01\", expected nothing: only learned_effort"},
+        Spoiled{"RiseOfAReading", "value: 0.02}", "value: 0.02, rise: 0.01}",
+                "scenario.yaml:25: effects[2].events[0].rise: found \"0.01\", expected nothing: only learned_effort"},
+        Spoiled{"CommandWithoutEvents", ", events: [{recording: run.csv, from: 0.1, to: 0.2, value: 0}]", "",
+                "scenario.yaml:24: effects[1]: found no key \"events\""},
+        Spoiled{"EffortWithNeitherEventsNorKnots",
+                ", events: [{recording: run.csv, from: 0.05, to: 0.25, value: -1.5, rise: 0.05}]", "",
+                "scenario.yaml:23: effects[0]: found no key \"over\""},
+        Spoiled{"EventsInAWord", "[{recording: run.csv, from: 0.4, to: 0.6, value: 0.02}]", "none",
+                "scenario.yaml:25: effects[2].events: found \"none\", expected a list"},
+        Spoiled{"EventInAWord", "[{recording: run.csv, from: 0.4, to: 0.6, value: 0.02}]", "[none]",
+                "scenario.yaml:25: effects[2].events[0]: found \"none\", expected a map"},
+        Spoiled{"UnknownKeyOfAnEvent", "rise: 0.05", "raise: 0.05",
+                "scenario.yaml:23: effects[0].events[0].raise: found the unknown key \"raise\""},
+        Spoiled{"AtAnUnknownJoint", "where: a, events", "where: z, events",
+                "scenario.yaml:23: effects[0].where: found the joint \"z\""},
+        Spoiled{"AtTheArm", "where: a, events", "where: arm, events",
+                "scenario.yaml:23: effects[0].where: found the joint \"arm\""},
+        Spoiled{"WithoutAJoint", "where: a, events", "events", "scenario.yaml:23: effects[0]: found no key \"where\""},
+        Spoiled{"BesideOver", "where: a, events", "where: a, over: [q], events",
+                "scenario.yaml:23: effects[0].over: found the unknown key \"over\""},
+        Spoiled{"BesideKnots", "where: a, events", "where: a, knots: [0, 1, 2, 3], events",
+                "scenario.yaml:23: effects[0].knots: found the unknown key \"knots\""},
+        Spoiled{"BesideRecordings", "where: a, events", "where: a, recordings: [run.csv], events",
+                "scenario.yaml:23: effects[0].recordings: found the unknown key \"recordings\""},
+        Spoiled{"OfANamedEffect", "{effect: learned_effort", "{effect: coulomb_friction",
+                "scenario.yaml:23: effects[0].events: found the unknown key \"events\""}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+/// As a diagnosis finds them: no decimal is short.
+std::vector<EventSpec> found_events() {
+  return {{EventSpec::Kind::reading, "b", "run.csv", 0.4, 2.0 / 3.0, -1.0 / 7e5, 0.0, ""},
+          {EventSpec::Kind::effort, "a", "run.csv", 1.0 / 30.0, 0.1 + 0.2, 1e3 / 7.0, 1.0 / 70.0, ""},
+          {EventSpec::Kind::effort, "b", "run.csv", 0.1, 0.2, 1.0 / 3.0, 0.0, ""},
+          {EventSpec::Kind::command, "a", "run.csv", 0.1, 0.2, -0.0, 0.0, ""},
+          {EventSpec::Kind::command, "b", "run.csv", 0.1, 0.2, 1.0 / 9.0, 0.0, ""}};
+}
+
+TEST(EventsOfAScenario, AreSavedToTheSameEventsInTheSameOrder) {
+  const ScenarioFolder folder;
+  Scenario original = load_scenario(folder.file);
+  original.events = found_events();
+  save_scenario(original, folder.path() / "again.yaml");
+  const Scenario again = load_scenario(folder.path() / "again.yaml");
+  expect_same_events(again.events, found_events());
+  ASSERT_EQ(again.effects.size(), 1u);
+  EXPECT_EQ(again.effects[0].effect, "coulomb_friction");
+  // What was read is written once more to the same text.
+  save_scenario(again, folder.path() / "once_more.yaml");
+  const auto text = [&](const char* name) {
+    std::ifstream in(folder.path() / name);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_EQ(text("once_more.yaml"), text("again.yaml"));
+}
+
+TEST(EventsOfAScenario, GoWithTheirRecordingToANewFolder) {
+  const ScenarioFolder folder;
+  const test::TemporaryFolder elsewhere;
+  Scenario original = load_scenario(folder.file);
+  original.events = found_events();
+  save_scenario(original, elsewhere.path() / "moved.yaml");
+  const Scenario moved = load_scenario(elsewhere.path() / "moved.yaml");
+  ASSERT_EQ(moved.events.size(), found_events().size());
+  EXPECT_NE(moved.recordings[0].file, "run.csv");
+  for (const EventSpec& event : moved.events) EXPECT_EQ(event.file, moved.recordings[0].file);
+}
+
+TEST(EventsOfAScenario, SayTheirKindAsAScenarioDoes) {
+  EXPECT_STREQ(to_string(EventSpec::Kind::effort), "learned_effort");
+  EXPECT_STREQ(to_string(EventSpec::Kind::command), "learned_command");
+  EXPECT_STREQ(to_string(EventSpec::Kind::reading), "learned_reading");
+}
+
+}  // namespace
+}  // namespace lacuna
