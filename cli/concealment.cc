@@ -208,9 +208,11 @@ HiddenEffect parse_hidden_effect(const std::string& text) {
   out.effect = text.substr(0, first);
   out.place = text.substr(first + 1, second == std::string::npos ? std::string::npos : second - first - 1);
   out.outside = outside_physics_named(out.effect);
-  if (!out.outside && find_effect(out.effect) < 0) {
+  const int type = find_effect(out.effect);
+  if (!out.outside && (type < 0 || effect_table()[static_cast<std::size_t>(type)].learned)) {
     std::vector<std::string> names = outside_physics_names();
-    for (const EffectInfo& info : effect_table()) names.emplace_back(info.name);
+    for (const EffectInfo& info : effect_table())
+      if (!info.learned) names.emplace_back(info.name);
     throw InputError(where, "the effect " + quoted(out.effect), one_of(near_names(out.effect, names)));
   }
   if (second == std::string::npos) return out;

@@ -165,6 +165,9 @@ recordings:
   - {file: run.csv, role: test}
 effects:
   - {effect: payload, where: arm, parameters: {m: {value: 3.5, ci95: [3, 4]}}, recordings: [run.csv]}
+  - {effect: learned_effort, where: joint_1, over: [q], knots: [0, 1, 2, 3], values: [0, 1, 0, -1]}
+  - {effect: learned_effort, where: joint_2, events: [{recording: run.csv, from: 0.01, to: 0.02, value: 3, rise: 0.002}]}
+  - {effect: learned_command, where: joint_1, events: [{recording: run.csv, from: 0.01, to: 0.03, value: 0}]}
 prediction: {horizon: 0.2}
 )";
   std::filesystem::copy_file(kRoot / "scenarios/hydrolek/seed_table1.urdf", folder_ / "robot.urdf");
