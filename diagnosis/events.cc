@@ -294,7 +294,7 @@ class EventFinder {
 
 EventsFound find_events(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
                         const RunControl& control) {
-  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {current, experiment, {}};
+  if (!std::holds_alternative<FreeRun>(experiment.prediction)) return {current, experiment, {}};
   return EventFinder(current, experiment, simulator, control).run();
 }
 
