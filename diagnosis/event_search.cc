@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 
@@ -17,7 +18,6 @@ namespace {
 constexpr std::size_t kMostEdges = 250;  ///< instants at which a rectangle may begin or end, at first
 constexpr double kLongest = 0.25;        ///< of the recording: what lasts longer is no event
 constexpr std::size_t kMost = 8;         ///< in one segment
-constexpr double kRare = 0.5;            ///< events a second of the recordings, at most
 constexpr double kMostOfIt = 0.5;        ///< of what a segment leaves beyond the noise, that its events take away
 constexpr int kEdgeSteps = 2;            ///< either way that an edge is moved at a time
 constexpr double kFewestInPiece = 16.0;  ///< samples
@@ -44,7 +44,7 @@ struct Offer {
 };
 
 /// One segment's share of the rows.
-struct Part {
+struct EventPart {
   int segment = 0;
   Eigen::Index first = 0, count = 0;
   int look = -1;  ///< among the segments that are linearised; -1: it leaves no more than usual
@@ -97,52 +97,60 @@ class EventView {
  public:
   EventView(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
             const std::vector<int>& segments, bool fitted)
-      : experiment_(experiment) {
+      : experiment_(experiment), noise_(noise_levels(experiment)) {
     Problem problem(model.model, experiment, model.space, sets.simulator(), model.weights);
     blocks_ = problem.layout(segments);
     rest_ = problem.residual(model.fit.point, segments);
     if (!rest_.allFinite()) return;
-    std::vector<double> noise = noise_levels(experiment);
-    for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= model.weights[c];
-    usual_ = usual_rest(rest_, blocks_, noise, experiment.sample_period);
-    in_units(rest_, blocks_);
-    basis_.resize(rest_.size(), 0);
-    if (fitted && model.fit.jacobian.rows() == rest_.size() && model.fit.jacobian.allFinite()) {
-      Eigen::MatrixXd jacobian = model.fit.jacobian;
-      in_units(jacobian, blocks_);
-      basis_ = Projector(jacobian).basis();
-    }
-    rest_ -= basis_ * (basis_.transpose() * rest_);
+    for (std::size_t c = 0; c < noise_.size(); ++c) noise_[c] /= model.weights[c];
+    const Eigen::MatrixXd& jacobian = model.fit.jacobian;
+    if (fitted && jacobian.rows() == rest_.size() && jacobian.allFinite()) jacobian_ = &jacobian;
+    recorded_ = rest_;
+    std::vector<Usual> usual = usual_rest(recorded_, blocks_, noise_, experiment.sample_period);
+    for (std::size_t c = 0; c < noise_.size(); ++c)
+      if (noise_[c] > 0.0) usual[c] = {noise_[c], 1.0};
+    set_units(std::move(usual));
     std::vector<int> unusual;
     for (const int segment : segments) {
       add_part(segment);
-      Part& part = parts_.back();
+      EventPart& part = parts_.back();
       if (!(0.5 * rest_.segment(part.first, part.count).squaredNorm() > threshold())) continue;
       part.look = static_cast<int>(unusual.size());
       unusual.push_back(segment);
     }
-    if (!unusual.empty()) look_.emplace(model, experiment, sets.simulator(), unusual);
+    if (!unusual.empty()) look_ = std::make_shared<const LinearLook>(model, experiment, sets.simulator(), unusual);
   }
 
-  bool is_linearised(const Part& part) const { return part.look >= 0 && look_->is_linearised(); }
+  /// The same in units of what channels usually leave where `left`, in the present ones, is left.
+  EventView in_units_of(Eigen::VectorXd left) const {
+    EventView out = *this;
+    for (const ResidualBlock& b : blocks_) {
+      const Usual& unit = usual_[static_cast<std::size_t>(b.channel)];
+      left.segment(b.first, b.count) *= unit.level * std::sqrt(unit.memory);
+    }
+    out.set_units(usual_rest(left, blocks_, noise_, experiment_.sample_period));
+    return out;
+  }
+
+  bool is_linearised(const EventPart& part) const { return part.look >= 0 && look_->is_linearised(); }
   bool is_usable() const { return rest_.allFinite(); }
   const Eigen::VectorXd& rest() const { return rest_; }
-  const std::vector<Part>& parts() const { return parts_; }
-  const Segment& segment_of(const Part& part) const {
+  const std::vector<EventPart>& parts() const { return parts_; }
+  const Segment& segment_of(const EventPart& part) const {
     return experiment_.segments[static_cast<std::size_t>(part.segment)];
   }
-  const Part& part_of(int segment) const {
-    return *std::ranges::find_if(parts_, [&](const Part& p) { return p.segment == segment; });
+  const EventPart& part_of(int segment) const {
+    return *std::ranges::find_if(parts_, [&](const EventPart& p) { return p.segment == segment; });
   }
 
   /// What a unit event changes, the parameters having taken up what they can.
   Eigen::VectorXd change(const FoundEvent& found) const {
-    const Part& part = part_of(found.segment);
+    const EventPart& part = part_of(found.segment);
     return projected(part, own_changes(part, {found.event}));
   }
   /// Energy that each of several events of one kind, joint and segment takes away of `left` at its best size.
   std::vector<double> scores(const std::vector<FoundEvent>& alike, const Eigen::VectorXd& left) const {
-    const Part& part = part_of(alike.front().segment);
+    const EventPart& part = part_of(alike.front().segment);
     std::vector<Event> events;
     for (const FoundEvent& one : alike) events.push_back(one.event);
     const Eigen::MatrixXd own = own_changes(part, events);
@@ -174,7 +182,7 @@ class EventView {
     std::optional<FoundEvent> out;
     double most = 2.0 * threshold();
     for (const Offer& offer : offers_) {
-      const Part& part = parts_[offer.part];
+      const EventPart& part = parts_[offer.part];
       const auto here = [&](const FoundEvent& f) { return f.segment == part.segment; };
       if (static_cast<std::size_t>(std::ranges::count_if(have, here)) >= kMost) continue;
       const Eigen::VectorXd b = offer.steps.transpose() * left.segment(part.first, part.count);
@@ -202,16 +210,8 @@ class EventView {
   double threshold() const {
     return kWorthLearning + std::log(tried()) + 0.5 * std::log(std::max(static_cast<double>(rest_.size()), 1.0));
   }
-  double seconds() const {
-    double out = 0.0;
-    for (const Part& part : parts_) {
-      const Segment& segment = segment_of(part);
-      out += segment.time(segment.count - 1) - segment.time(0);
-    }
-    return out;
-  }
   /// Energy that a part usually leaves.
-  double usual(const Part& part) const {
+  double usual(const EventPart& part) const {
     double out = 0.0;
     for (const ResidualBlock& b : blocks_)
       if (b.segment == part.segment)
@@ -220,8 +220,20 @@ class EventView {
   }
 
  private:
+  void set_units(std::vector<Usual> usual) {
+    usual_ = std::move(usual);
+    rest_ = recorded_;
+    in_units(rest_, blocks_);
+    basis_.resize(rest_.size(), 0);
+    if (jacobian_ != nullptr) {
+      Eigen::MatrixXd jacobian = *jacobian_;
+      in_units(jacobian, blocks_);
+      basis_ = Projector(jacobian).basis();
+    }
+    rest_ -= basis_ * (basis_.transpose() * rest_);
+  }
   void add_part(int segment) {
-    Part part{segment, rest_.size(), 0, -1};
+    EventPart part{segment, rest_.size(), 0, -1};
     for (const ResidualBlock& b : blocks_of(segment)) part.first = std::min(part.first, b.first), part.count += b.count;
     parts_.push_back(std::move(part));
   }
@@ -238,7 +250,7 @@ class EventView {
     return out;
   }
   /// Of unit events of one kind at one joint, one a column, on the part's own rows.
-  Eigen::MatrixXd own_changes(const Part& part, const std::vector<Event>& events) const {
+  Eigen::MatrixXd own_changes(const EventPart& part, const std::vector<Event>& events) const {
     const Segment& segment = segment_of(part);
     const bool effort = events.front().kind == EventSpec::Kind::effort;
     Eigen::MatrixXd courses(static_cast<Eigen::Index>(events.size()),
@@ -255,14 +267,14 @@ class EventView {
     return out;
   }
   /// The same on all rows, the parameters having taken up what they can.
-  Eigen::MatrixXd projected(const Part& part, const Eigen::MatrixXd& own) const {
+  Eigen::MatrixXd projected(const EventPart& part, const Eigen::MatrixXd& own) const {
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rest_.size(), own.cols());
     out.middleRows(part.first, part.count) = own;
     out.noalias() -= basis_ * (basis_.middleRows(part.first, part.count).transpose() * own).eval();
     return out;
   }
   void offer(Offer offer) {
-    const Part& part = parts_[offer.part];
+    const EventPart& part = parts_[offer.part];
     const Segment& segment = segment_of(part);
     const std::size_t pieces = std::min(segment.count, kMostEdges) - 1;
     std::vector<Event> from_start;
@@ -277,12 +289,15 @@ class EventView {
   }
 
   const Experiment& experiment_;
-  std::vector<Usual> usual_;  ///< by channel
+  const Eigen::MatrixXd* jacobian_ = nullptr;  ///< the model's, where it was fitted to these segments
+  std::vector<double> noise_;                  ///< by channel, in the residual's unit
+  Eigen::VectorXd recorded_;                   ///< what is left, in the residual's unit
+  std::vector<Usual> usual_;                   ///< by channel
   std::vector<ResidualBlock> blocks_;
   Eigen::VectorXd rest_;
   Eigen::MatrixXd basis_;  ///< orthonormal, of what the parameters take up
-  std::vector<Part> parts_;
-  std::optional<LinearLook> look_;
+  std::vector<EventPart> parts_;
+  std::shared_ptr<const LinearLook> look_;
   std::vector<Offer> offers_;
 };
 
@@ -391,7 +406,7 @@ void move_one(const EventView& view, EventSet& set, std::size_t k) {
 /// Segments of which events do not take away most of what is beyond the usual.
 std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& left) {
   std::set<int> out;
-  for (const Part& part : view.parts()) {
+  for (const EventPart& part : view.parts()) {
     const double all = view.rest().segment(part.first, part.count).squaredNorm();
     const double taken = all - left.segment(part.first, part.count).squaredNorm();
     if (taken < kMostOfIt * (all - view.usual(part))) out.insert(part.segment);
@@ -403,15 +418,19 @@ std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& lef
 
 std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
                                       const std::vector<int>& segments, bool fitted) {
-  EventView view(sets, model, experiment, segments, fitted);
-  if (!view.is_usable()) return {};
-  view.prepare();
-  EventSet set(view);
-  while (const std::optional<FoundEvent> next = view.best(set.left(), set.events())) {
-    set.add(*next);
-    move_one(view, set, set.events().size() - 1);
-    if (static_cast<double>(set.events().size()) > kRare * view.seconds()) return {};  // it is the model that is wrong
+  EventView noise(sets, model, experiment, segments, fitted);
+  if (!noise.is_usable()) return {};
+  noise.prepare();
+  EventSet offered(noise);
+  while (const std::optional<FoundEvent> next = noise.best(offered.left(), offered.events())) {
+    offered.add(*next);
+    move_one(noise, offered, offered.events().size() - 1);
   }
+  if (offered.events().empty()) return {};
+  // What is usual shows with all of them in: where the model is wrong everywhere it is much more than noise.
+  const EventView view = noise.in_units_of(offered.left());
+  EventSet set(view);
+  for (const FoundEvent& event : offered.events()) set.add(event);
   // What is not needed is taken out, the weakest first; the others' edges move into its place.
   for (;;) {
     for (std::size_t k = 0; k < set.events().size(); ++k) move_one(view, set, k);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/event_search.h"
@@ -12,12 +13,13 @@
 namespace lacuna {
 namespace {
 
-constexpr double kTouching = 0.1;  ///< s between rectangles of one event, at most
-constexpr int kSharpened = 3;      ///< times that events are sized anew about the motion with them
-constexpr double kStands = 1e-3;   ///< relative change of what is left, under which they stay as they are
-constexpr int kRounds = 6;         ///< at most
-constexpr double kWake = 0.05;     ///< of the recording, on either side of a stronger event
-constexpr int kShifts = 8;         ///< samples, by which the edges of a lost command are moved at first
+constexpr double kTouching = 0.1;   ///< s between rectangles of one event, at most
+constexpr int kSharpened = 3;       ///< times that events are sized anew about the motion with them
+constexpr double kStands = 1e-3;    ///< relative change of what is left, under which they stay as they are
+constexpr double kExplained = 1.5;  ///< times the noise: what a recording leaves at most that events explain
+constexpr int kRounds = 6;          ///< at most
+constexpr double kWake = 0.05;      ///< of the recording, on either side of a stronger event
+constexpr int kShifts = 8;          ///< samples, by which the edges of a lost command are moved at first
 constexpr int kRefitSteps = 10;
 
 using Events = std::vector<FoundEvent>;
@@ -80,6 +82,7 @@ class EventFinder {
   Events found_in(Role role) {
     const std::vector<int> segments = recorded_.with_role(role);
     const bool fitted = role == Role::train;
+    const CurrentModel begun = model_;
     Events events;
     for (int round = 0; round < kRounds && !segments.empty(); ++round) {
       const Experiment with = with_events(recorded_, events);
@@ -100,7 +103,39 @@ class EventFinder {
       settle(segments, fitted, before, all);
       events = std::move(all);
     }
+    return explained(events, fitted, begun);
+  }
+
+  /// Events where, with them in, their recording is explained; where it is not, what seems to happen may be the model's
+  /// own mistake. Recordings that are fitted together stand or fall together.
+  Events explained(Events events, bool fitted, const CurrentModel& begun) {
+    const Experiment with = with_events(recorded_, events);
+    std::set<int> open;
+    for (const FoundEvent& one : events)
+      if (!is_explained(with, one.segment)) open.insert(one.segment);
+    if (fitted && !open.empty()) {
+      model_ = begun;
+      return {};
+    }
+    std::erase_if(events, [&](const FoundEvent& one) { return open.count(one.segment) > 0; });
     return events;
+  }
+  /// Whether every channel leaves about its noise; of an unknown one nobody can say.
+  bool is_explained(const Experiment& with, int segment) const {
+    const std::vector<double> noise = noise_levels(with);
+    Problem problem(model_.model, with, model_.space, simulator_, noise_or_one(noise));
+    const std::vector<int> one{segment};
+    const Eigen::VectorXd rest = problem.residual(model_.fit.point, one);
+    return std::ranges::all_of(problem.layout(one), [&](const ResidualBlock& b) {
+      const double power = rest.segment(b.first, b.count).squaredNorm();
+      return !(noise[static_cast<std::size_t>(b.channel)] > 0.0) ||
+             power <= kExplained * kExplained * static_cast<double>(b.count);
+    });
+  }
+  static std::vector<double> noise_or_one(std::vector<double> noise) {
+    for (double& level : noise)
+      if (!(level > 0.0)) level = 1.0;
+    return noise;
   }
 
   /// Those that no stronger one comes close to: what seems to happen in its wake may be what a rectangle and first

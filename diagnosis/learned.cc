@@ -23,17 +23,18 @@ namespace {
 constexpr std::array kResolutions{8, 16, 32, 64, 128};  ///< knots over the range travelled
 constexpr double kSmooth = 2.0;                         ///< knots over which a curve keeps its value
 constexpr double kKnotsInPeriod = 5.0;                  ///< at least
+constexpr double kNotToldApart = 3.0;                   ///< log evidence: 20 to 1
 constexpr double kPeriodStep = 0.25;                    ///< of a period, by which neighbours shift over the range
 constexpr double kPeriodsSeen = 2.0;                    ///< at least
 constexpr double kJitter = 1e-6;                        ///< of the prior's variance, on its diagonal
 constexpr int kSizes = 40;                              ///< sizes of the curve that are tried, four a decade
 constexpr double kInterval = 1.96;                      ///< standard errors of a 95 % band
 
-constexpr double kLeastTaken = 0.1;  ///< of the validate recordings' rest, that it takes away
-constexpr int kRefitSteps = 5;       ///< of the plain parameters beside a curve on its way
-constexpr int kBends = 8;            ///< times that a curve is learned anew about the motion with it
-constexpr double kStands = 0.01;     ///< relative change of what is left, under which it stays as it is
-constexpr std::size_t kTried = 3;    ///< laws that are fitted in full before the search gives up
+constexpr double kLeastTaken = 0.25;  ///< of the validate recordings' rest, that it takes away: as of a finding
+constexpr int kRefitSteps = 5;        ///< of the plain parameters beside a curve on its way
+constexpr int kBends = 8;             ///< times that a curve is learned anew about the motion with it
+constexpr double kStands = 0.01;      ///< relative change of what is left, under which it stays as it is
+constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
 
 /// A law at one joint of one variable, with what the linearised plant says of it.
 struct Learnable {
@@ -309,22 +310,27 @@ class Learner {
     return true;
   }
   /// A curve that repeats itself says more with less: it stands where it predicts the validate recordings as well. What
-  /// repeats itself after one period does so after two and three, so that the shortest is tried first.
+  /// repeats itself after one period does so after two and three: of those that are not told apart it is the shortest.
   void look_for_a_period(Fitted& smooth) const {
     Learnable longest = smooth.law;
-    if (!bend_about(smooth, Kind::periodic, longest)) return;
-    smooth.law.period = 0.0;
-    for (const int parts : {3, 2, 1}) {
-      Learnable tried = longest;
-      tried.period = longest.period / parts;
-      if (!(tried.period > 0.0)) return;
-      Fitted about = smooth;
-      if (!bend_about(about, Kind::of_period, tried)) continue;
-      std::optional<Fitted> periodic = fitted(tried, Kind::of_period);
-      if (!periodic || sets_.heldout_difference(periodic->set, smooth.set).gain < 0.0) continue;
-      smooth = std::move(*periodic);
-      return;
+    Fitted about = smooth;
+    if (!bend_about(about, Kind::periodic, longest) || !(longest.period > 0.0)) return;
+    std::optional<Fitted> best = of_period(smooth, longest, longest.period);
+    if (!best) return;
+    const double evidence = best->law.evidence;
+    for (const int parts : {3, 2}) {
+      std::optional<Fitted> shorter = of_period(smooth, longest, longest.period / parts);
+      if (!shorter || shorter->law.evidence < evidence - kNotToldApart) continue;
+      best = std::move(shorter);
+      break;
     }
+    if (sets_.heldout_difference(best->set, smooth.set).gain >= 0.0) smooth = std::move(*best);
+  }
+  std::optional<Fitted> of_period(const Fitted& smooth, Learnable law, double period) const {
+    law.period = period;
+    Fitted about = smooth;
+    if (!bend_about(about, Kind::of_period, law)) return std::nullopt;
+    return fitted(law, Kind::of_period);
   }
   /// Energy on the train recordings over the noise, whatever a fit's own weights are.
   double left_by(const Hypothesis& one) const {
