@@ -96,7 +96,7 @@ std::vector<Usual> usual_rest(const Eigen::VectorXd& rest, const std::vector<Res
 class EventView {
  public:
   EventView(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
-            const std::vector<int>& segments, bool fitted)
+            const std::vector<int>& segments, bool fitted, Units units)
       : experiment_(experiment), noise_(noise_levels(experiment)) {
     Problem problem(model.model, experiment, model.space, sets.simulator(), model.weights);
     blocks_ = problem.layout(segments);
@@ -107,7 +107,7 @@ class EventView {
     if (fitted && jacobian.rows() == rest_.size() && jacobian.allFinite()) jacobian_ = &jacobian;
     recorded_ = rest_;
     std::vector<Usual> usual = usual_rest(recorded_, blocks_, noise_, experiment.sample_period);
-    for (std::size_t c = 0; c < noise_.size(); ++c)
+    for (std::size_t c = 0; c < noise_.size() && units == Units::noise; ++c)
       if (noise_[c] > 0.0) usual[c] = {noise_[c], 1.0};
     set_units(std::move(usual));
     std::vector<int> unusual;
@@ -417,18 +417,18 @@ std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& lef
 }  // namespace
 
 std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
-                                      const std::vector<int>& segments, bool fitted) {
-  EventView noise(sets, model, experiment, segments, fitted);
-  if (!noise.is_usable()) return {};
-  noise.prepare();
-  EventSet offered(noise);
-  while (const std::optional<FoundEvent> next = noise.best(offered.left(), offered.events())) {
+                                      const std::vector<int>& segments, bool fitted, Units units) {
+  EventView first(sets, model, experiment, segments, fitted, units);
+  if (!first.is_usable()) return {};
+  first.prepare();
+  EventSet offered(first);
+  while (const std::optional<FoundEvent> next = first.best(offered.left(), offered.events())) {
     offered.add(*next);
-    move_one(noise, offered, offered.events().size() - 1);
+    move_one(first, offered, offered.events().size() - 1);
   }
   if (offered.events().empty()) return {};
   // What is usual shows with all of them in: where the model is wrong everywhere it is much more than noise.
-  const EventView view = noise.in_units_of(offered.left());
+  const EventView view = units == Units::noise ? first.in_units_of(offered.left()) : std::move(first);
   EventSet set(view);
   for (const FoundEvent& event : offered.events()) set.add(event);
   // What is not needed is taken out, the weakest first; the others' edges move into its place.
@@ -447,7 +447,7 @@ std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel
 
 void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment& with,
              const std::vector<int>& segments, bool fitted, std::vector<FoundEvent>& events) {
-  const EventView view(sets, model, with, segments, fitted);
+  const EventView view(sets, model, with, segments, fitted, Units::noise);
   if (!view.is_usable()) return;
   for (FoundEvent& found : events) {
     if (found.event.kind == EventSpec::Kind::command || !view.is_linearised(view.part_of(found.segment))) continue;

@@ -81,13 +81,19 @@ class EventFinder {
   /// numbers fitted beside them.
   Events found_in(Role role) {
     const std::vector<int> segments = recorded_.with_role(role);
-    const bool fitted = role == Role::train;
+    for (const Units units : {Units::usual, Units::noise}) {
+      Events events = found_in(segments, role == Role::train, units);
+      if (!events.empty()) return events;
+    }
+    return {};
+  }
+  Events found_in(const std::vector<int>& segments, bool fitted, Units units) {
     const CurrentModel begun = model_;
     Events events;
     for (int round = 0; round < kRounds && !segments.empty(); ++round) {
       const Experiment with = with_events(recorded_, events);
       const Hypotheses sets(model_, with, simulator_, control_);
-      const Events more = foremost(search_events(sets, model_, with, segments, fitted));
+      const Events more = foremost(search_events(sets, model_, with, segments, fitted, units));
       if (more.empty()) break;
       Events all = events;
       all.insert(all.end(), more.begin(), more.end());
