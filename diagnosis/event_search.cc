@@ -114,6 +114,8 @@ class EventView {
     for (const int segment : segments) {
       add_part(segment);
       EventPart& part = parts_.back();
+      // A segment that leaves no more than its noise needs no event.
+      if (excess_over_noise(recorded_, blocks_of(segment), noise_).empty()) continue;
       if (!(0.5 * rest_.segment(part.first, part.count).squaredNorm() > threshold())) continue;
       part.look = static_cast<int>(unusual.size());
       unusual.push_back(segment);
