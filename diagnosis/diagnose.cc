@@ -60,7 +60,8 @@ std::vector<Unexplained::AtJoint> rest_by_joint(const std::vector<JointEnergy>& 
     if (!(e.samples > 0.0)) continue;
     const std::string& name = experiment.joint_names[j];
     const bool left = std::ranges::find(unexplained.where, name) != unexplained.where.end();
-    out.push_back({name, std::sqrt(std::max(0.0, 1.0 + e.rest / e.samples)), left ? unknown_share(e) : 0.0});
+    const double power = 1.0 + e.rest / e.samples;  // over the noise's; NaN where that is unknown
+    out.push_back({name, power < 0.0 ? 0.0 : std::sqrt(power), left ? unknown_share(e) : 0.0});
   }
   return out;
 }

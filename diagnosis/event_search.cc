@@ -16,8 +16,10 @@ namespace lacuna {
 namespace {
 
 constexpr std::size_t kMostEdges = 250;  ///< instants at which a rectangle may begin or end, at first
-constexpr double kLongest = 0.25;        ///< of the recording: what lasts longer is no event
-constexpr std::size_t kMost = 8;         ///< in one segment
+constexpr std::size_t kFewestEdges = 30;
+constexpr std::size_t kMostNumbers = 32u << 20;  ///< in what the rectangles of one segment change, at once
+constexpr double kLongest = 0.25;                ///< of the recording: what lasts longer is no event
+constexpr std::size_t kMost = 8;                 ///< in one segment
 constexpr double kMostOfIt = 0.5;        ///< of what a segment leaves beyond the noise, that its events take away
 constexpr int kEdgeSteps = 2;            ///< either way that an edge is moved at a time
 constexpr double kFewestInPiece = 16.0;  ///< samples
@@ -30,7 +32,6 @@ Eigen::MatrixXd row_of(const std::vector<double>& values) {
 /// All rectangles of one kind at one joint of a segment: columns `steps` are what there is from the start to each edge,
 /// on the segment's own rows; `gram` of what the parameters leave of them.
 struct Offer {
-  std::size_t part = 0;
   EventSpec::Kind kind = EventSpec::Kind::effort;
   int joint = 0;
   std::vector<double> edges;  ///< s
@@ -92,11 +93,11 @@ std::vector<Usual> usual_rest(const Eigen::VectorXd& rest, const std::vector<Res
 }
 
 /// Segments under one model: what they leave and what rectangles would change of that, in units in which half of the
-/// energy is log-likelihood.
+/// energy is log-likelihood: of the noise, or what the channel usually leaves where that is unknown.
 class EventView {
  public:
   EventView(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
-            const std::vector<int>& segments, bool fitted, Units units)
+            const std::vector<int>& segments, bool fitted)
       : experiment_(experiment), noise_(noise_levels(experiment)) {
     Problem problem(model.model, experiment, model.space, sets.simulator(), model.weights);
     blocks_ = problem.layout(segments);
@@ -107,20 +108,18 @@ class EventView {
     if (fitted && jacobian.rows() == rest_.size() && jacobian.allFinite()) jacobian_ = &jacobian;
     recorded_ = rest_;
     std::vector<Usual> usual = usual_rest(recorded_, blocks_, noise_, experiment.sample_period);
-    for (std::size_t c = 0; c < noise_.size() && units == Units::noise; ++c)
+    for (std::size_t c = 0; c < noise_.size(); ++c)
       if (noise_[c] > 0.0) usual[c] = {noise_[c], 1.0};
     set_units(std::move(usual));
-    std::vector<int> unusual;
+    std::vector<int> beyond;
     for (const int segment : segments) {
       add_part(segment);
-      EventPart& part = parts_.back();
       // A segment that leaves no more than its noise needs no event.
       if (excess_over_noise(recorded_, blocks_of(segment), noise_).empty()) continue;
-      if (!(0.5 * rest_.segment(part.first, part.count).squaredNorm() > threshold())) continue;
-      part.look = static_cast<int>(unusual.size());
-      unusual.push_back(segment);
+      parts_.back().look = static_cast<int>(beyond.size());
+      beyond.push_back(segment);
     }
-    if (!unusual.empty()) look_ = std::make_shared<const LinearLook>(model, experiment, sets.simulator(), unusual);
+    if (!beyond.empty()) look_ = std::make_shared<const LinearLook>(model, experiment, sets.simulator(), beyond);
   }
 
   /// The same in units of what channels usually leave where `left`, in the present ones, is left.
@@ -166,45 +165,27 @@ class EventView {
     }
     return out;
   }
-  /// Every rectangle in segments that leave more than noise.
-  void prepare() {
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      if (!is_linearised(parts_[p])) continue;
-      for (std::size_t j = 0; j < experiment_.joint_names.size(); ++j) {
-        offer({p, EventSpec::Kind::effort, static_cast<int>(j), {}, {}, {}});
-        const bool read = std::ranges::any_of(experiment_.channels, [&](const Channel& c) {
-          return c.kind == ChannelKind::position && c.joint == static_cast<int>(j);
-        });
-        if (read) offer({p, EventSpec::Kind::reading, static_cast<int>(j), {}, {}, {}});
-      }
+  /// Every rectangle in one segment.
+  std::vector<Offer> offers_in(const EventPart& part) const {
+    std::vector<Offer> out;
+    if (!is_linearised(part)) return out;
+    for (int j = 0; j < static_cast<int>(experiment_.joint_names.size()); ++j) {
+      out.push_back(offered(part, EventSpec::Kind::effort, j));
+      if (is_read(j)) out.push_back(offered(part, EventSpec::Kind::reading, j));
     }
-  }
-  /// The best rectangle in `left`, of segments that are not full; nothing where none can be.
-  std::optional<FoundEvent> best(const Eigen::VectorXd& left, const std::vector<FoundEvent>& have) const {
-    std::optional<FoundEvent> out;
-    double most = 2.0 * threshold();
-    for (const Offer& offer : offers_) {
-      const EventPart& part = parts_[offer.part];
-      const auto here = [&](const FoundEvent& f) { return f.segment == part.segment; };
-      if (static_cast<std::size_t>(std::ranges::count_if(have, here)) >= kMost) continue;
-      const Eigen::VectorXd b = offer.steps.transpose() * left.segment(part.first, part.count);
-      for (Eigen::Index from = 0; from < b.size(); ++from)
-        for (Eigen::Index to = from + 1; to < b.size() && offer.is_short(from, to); ++to) {
-          const double energy = offer.gram(to, to) - 2.0 * offer.gram(to, from) + offer.gram(from, from);
-          const double along = b(to) - b(from);
-          if (!(energy > 0.0) || !(along * along > most * energy)) continue;
-          most = along * along / energy;
-          out = FoundEvent{part.segment,
-                           {offer.kind, offer.joint, offer.edges[static_cast<std::size_t>(from)],
-                            offer.edges[static_cast<std::size_t>(to)], -along / energy}};
-        }
-    }
+    std::erase_if(out, [](const Offer& offer) { return !offer.steps.allFinite(); });
     return out;
   }
-  /// Rectangles that were offered.
+  /// How many edges rectangles in a segment have at first.
+  std::size_t edges_in(const EventPart& part) const {
+    const std::size_t fit = kMostNumbers / std::max<std::size_t>(1, kinds() * static_cast<std::size_t>(part.count));
+    return std::min({segment_of(part).count, kMostEdges, std::max(kFewestEdges, fit)});
+  }
+  /// Rectangles that are offered.
   double tried() const {
     double out = 0.0;
-    for (const Offer& offer : offers_) out += kLongest * std::pow(static_cast<double>(offer.edges.size()), 2);
+    for (const EventPart& part : parts_)
+      if (is_linearised(part)) out += static_cast<double>(kinds()) * kLongest * std::pow(edges_in(part), 2);
     return std::max(out, 1.0);
   }
 
@@ -275,19 +256,29 @@ class EventView {
     out.noalias() -= basis_ * (basis_.middleRows(part.first, part.count).transpose() * own).eval();
     return out;
   }
-  void offer(Offer offer) {
-    const EventPart& part = parts_[offer.part];
+  bool is_read(int joint) const {
+    return std::ranges::any_of(experiment_.channels,
+                               [&](const Channel& c) { return c.kind == ChannelKind::position && c.joint == joint; });
+  }
+  /// Efforts and readings, each at its joint.
+  std::size_t kinds() const {
+    std::size_t out = experiment_.joint_names.size();
+    for (int j = 0; j < static_cast<int>(experiment_.joint_names.size()); ++j) out += is_read(j);
+    return out;
+  }
+  Offer offered(const EventPart& part, EventSpec::Kind kind, int joint) const {
     const Segment& segment = segment_of(part);
-    const std::size_t pieces = std::min(segment.count, kMostEdges) - 1;
+    const std::size_t pieces = edges_in(part) - 1;
+    Offer out{kind, joint, {}, {}, {}};
     std::vector<Event> from_start;
     for (std::size_t k = 0; k <= pieces; ++k) {
-      offer.edges.push_back(segment.time(k * (segment.count - 1) / pieces));
-      from_start.push_back({offer.kind, offer.joint, segment.time(0), offer.edges.back(), 1.0});
+      out.edges.push_back(segment.time(k * (segment.count - 1) / pieces));
+      from_start.push_back({kind, joint, segment.time(0), out.edges.back(), 1.0});
     }
-    offer.steps = own_changes(part, from_start);
-    const Eigen::MatrixXd taken_up = basis_.middleRows(part.first, part.count).transpose() * offer.steps;
-    offer.gram = offer.steps.transpose() * offer.steps - taken_up.transpose() * taken_up;
-    if (offer.steps.allFinite()) offers_.push_back(std::move(offer));
+    out.steps = own_changes(part, from_start);
+    const Eigen::MatrixXd taken_up = basis_.middleRows(part.first, part.count).transpose() * out.steps;
+    out.gram = out.steps.transpose() * out.steps - taken_up.transpose() * taken_up;
+    return out;
   }
 
   const Experiment& experiment_;
@@ -300,8 +291,28 @@ class EventView {
   Eigen::MatrixXd basis_;  ///< orthonormal, of what the parameters take up
   std::vector<EventPart> parts_;
   std::shared_ptr<const LinearLook> look_;
-  std::vector<Offer> offers_;
 };
+
+/// The rectangle of one segment that takes most of `left` away, if that is more than chance.
+std::optional<FoundEvent> best_of(const std::vector<Offer>& offers, const EventView& view, const EventPart& part,
+                                  const Eigen::VectorXd& left) {
+  std::optional<FoundEvent> out;
+  double most = 2.0 * view.threshold();
+  for (const Offer& offer : offers) {
+    const Eigen::VectorXd b = offer.steps.transpose() * left.segment(part.first, part.count);
+    for (Eigen::Index from = 0; from < b.size(); ++from)
+      for (Eigen::Index to = from + 1; to < b.size() && offer.is_short(from, to); ++to) {
+        const double energy = offer.gram(to, to) - 2.0 * offer.gram(to, from) + offer.gram(from, from);
+        const double along = b(to) - b(from);
+        if (!(energy > 0.0) || !(along * along > most * energy)) continue;
+        most = along * along / energy;
+        out = FoundEvent{part.segment,
+                         {offer.kind, offer.joint, offer.edges[static_cast<std::size_t>(from)],
+                          offer.edges[static_cast<std::size_t>(to)], -along / energy}};
+      }
+  }
+  return out;
+}
 
 /// Events with what they change, their sizes together by least squares, and what they leave.
 class EventSet {
@@ -400,7 +411,7 @@ void move_one(const EventView& view, EventSet& set, std::size_t k) {
   FoundEvent moved = set.events()[k];
   const Segment& segment = view.segment_of(view.part_of(moved.segment));
   const double step = 0.5 * (segment.time(segment.count - 1) - segment.time(0)) /
-                      static_cast<double>(std::min(segment.count, kMostEdges));
+                      static_cast<double>(view.edges_in(view.part_of(moved.segment)));
   move_edges(view, set.left_without(k), step, moved);
   set.put(k, moved);
 }
@@ -419,18 +430,22 @@ std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& lef
 }  // namespace
 
 std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
-                                      const std::vector<int>& segments, bool fitted, Units units) {
-  EventView first(sets, model, experiment, segments, fitted, units);
-  if (!first.is_usable()) return {};
-  first.prepare();
-  EventSet offered(first);
-  while (const std::optional<FoundEvent> next = first.best(offered.left(), offered.events())) {
-    offered.add(*next);
-    move_one(first, offered, offered.events().size() - 1);
+                                      const std::vector<int>& segments, bool fitted) {
+  const EventView noise(sets, model, experiment, segments, fitted);
+  if (!noise.is_usable()) return {};
+  EventSet offered(noise);
+  for (const EventPart& part : noise.parts()) {
+    const std::vector<Offer> offers = noise.offers_in(part);
+    for (std::size_t k = 0; k < kMost; ++k) {
+      const std::optional<FoundEvent> next = best_of(offers, noise, part, offered.left());
+      if (!next) break;
+      offered.add(*next);
+      move_one(noise, offered, offered.events().size() - 1);
+    }
   }
   if (offered.events().empty()) return {};
   // What is usual shows with all of them in: where the model is wrong everywhere it is much more than noise.
-  const EventView view = units == Units::noise ? first.in_units_of(offered.left()) : std::move(first);
+  const EventView view = noise.in_units_of(offered.left());
   EventSet set(view);
   for (const FoundEvent& event : offered.events()) set.add(event);
   // What is not needed is taken out, the weakest first; the others' edges move into its place.
@@ -449,7 +464,7 @@ std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel
 
 void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment& with,
              const std::vector<int>& segments, bool fitted, std::vector<FoundEvent>& events) {
-  const EventView view(sets, model, with, segments, fitted, Units::noise);
+  const EventView view(sets, model, with, segments, fitted);
   if (!view.is_usable()) return;
   for (FoundEvent& found : events) {
     if (found.event.kind == EventSpec::Kind::command || !view.is_linearised(view.part_of(found.segment))) continue;

@@ -19,16 +19,11 @@ struct FoundEvent {
   double evidence = 0.0;  ///< log evidence over the same without it, corrected for all edges tried
 };
 
-/// What log-likelihood is counted in: what the recordings leave in the quieter half of their seconds, which what
-/// happens now and then has no share in unless its traces last; or the noise, and what is usual is judged with the
-/// events in.
-enum class Units { usual, noise };
-
 /// In segments of one role, beside the events that they have; by segment, in the order of time. Parameters that were
 /// fitted to these segments (train) have taken up part of what happened: `fitted` lets them give it back. None where
 /// events do not take away most of what a segment leaves beyond the noise.
 std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
-                                      const std::vector<int>& segments, bool fitted, Units units);
+                                      const std::vector<int>& segments, bool fitted);
 
 /// Events of these segments, `with` them in, moved and sized anew about the motion as it is with them.
 void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment& with,

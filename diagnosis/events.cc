@@ -9,6 +9,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/event_search.h"
+#include "diagnosis/projector.h"
 
 namespace lacuna {
 namespace {
@@ -21,9 +22,16 @@ constexpr int kRounds = 6;          ///< at most
 constexpr double kWake = 0.05;      ///< of the recording, on either side of a stronger event
 constexpr int kShifts = 8;          ///< samples, by which the edges of a lost command are moved at first
 constexpr int kRefitSteps = 10;
+constexpr double kNumbersOfCommand = 2.0;  ///< its edges
 
 using Events = std::vector<FoundEvent>;
 
+Segment with_events(const Experiment& experiment, int segment, const Events& events) {
+  Segment out = experiment.segments[static_cast<std::size_t>(segment)];
+  for (const FoundEvent& one : events)
+    if (one.segment == segment) add_event(out, one.event);
+  return out;
+}
 Experiment with_events(const Experiment& experiment, const Events& events) {
   Experiment out = experiment;
   for (const FoundEvent& one : events) add_event(out.segments[static_cast<std::size_t>(one.segment)], one.event);
@@ -81,32 +89,26 @@ class EventFinder {
   /// numbers fitted beside them.
   Events found_in(Role role) {
     const std::vector<int> segments = recorded_.with_role(role);
-    for (const Units units : {Units::usual, Units::noise}) {
-      Events events = found_in(segments, role == Role::train, units);
-      if (!events.empty()) return events;
-    }
-    return {};
-  }
-  Events found_in(const std::vector<int>& segments, bool fitted, Units units) {
+    const bool fitted = role == Role::train;
     const CurrentModel begun = model_;
     Events events;
     for (int round = 0; round < kRounds && !segments.empty(); ++round) {
       const Experiment with = with_events(recorded_, events);
       const Hypotheses sets(model_, with, simulator_, control_);
-      const Events more = foremost(search_events(sets, model_, with, segments, fitted, units));
+      const Events more = foremost(search_events(sets, model_, with, segments, fitted));
       if (more.empty()) break;
       Events all = events;
       all.insert(all.end(), more.begin(), more.end());
       const double before = left_of(model_, with, segments);
       const CurrentModel model = model_;
       if (!settle(segments, fitted, before, all)) break;
-      name_commands(all);
-      drop_needless(segments, all);
-      if (all.size() <= events.size()) {  // nothing more was needed
+      name_commands(segments, fitted, all);
+      drop_needless(segments, fitted, all);
+      settle(segments, fitted, HUGE_VAL, all);
+      if (!(left_of(model_, with_events(recorded_, all), segments) < (1.0 - kStands) * before)) {
         model_ = model;
         break;
       }
-      settle(segments, fitted, before, all);
       events = std::move(all);
     }
     return explained(events, fitted, begun);
@@ -161,25 +163,42 @@ class EventFinder {
     return out;
   }
 
-  /// Energy that a model leaves of segments of an experiment, each on its own; in this finder's first weights.
-  std::vector<double> left_by(const CurrentModel& model, const Experiment& experiment,
-                              const std::vector<int>& segments) const {
-    Problem problem(model.model, experiment, model.space, simulator_, weights_);
-    const Eigen::VectorXd rest = problem.residual(model.fit.point, segments);
-    std::vector<double> out(segments.size(), 0.0);
-    for (const ResidualBlock& b : problem.layout(segments)) {
-      const auto at = std::ranges::find(segments, b.segment) - segments.begin();
-      out[static_cast<std::size_t>(at)] += rest.segment(b.first, b.count).squaredNorm();
-    }
-    return out;
-  }
+  /// Energy that a model leaves of segments, in this finder's first weights.
   double left_of(const CurrentModel& model, const Experiment& experiment, const std::vector<int>& segments) const {
-    const std::vector<double> each = left_by(model, experiment, segments);
-    return std::accumulate(each.begin(), each.end(), 0.0);
+    Problem problem(model.model, experiment, model.space, simulator_, weights_);
+    return problem.residual(model.fit.point, segments).squaredNorm();
   }
 
-  double samples_of(int segment) const {
-    return static_cast<double>(recorded_.channels.size() * recorded_.segments[static_cast<std::size_t>(segment)].count);
+  /// Log-likelihood that is lost with other events in one segment, each in place of `events`, the parameters that were
+  /// fitted to these segments having taken up what they can.
+  std::vector<double> losses(const std::vector<int>& segments, bool fitted, const Events& events, int segment,
+                             const std::vector<Events>& others) const {
+    const Experiment with = with_events(recorded_, events);
+    Experiment trial = recorded_;
+    trial.segments.clear();
+    for (const Events& own : others) trial.segments.push_back(with_events(recorded_, segment, own));
+    std::vector<int> all(trial.segments.size());
+    std::iota(all.begin(), all.end(), 0);
+    Problem problem(model_.model, with, model_.space, simulator_, model_.weights);
+    Problem tried(model_.model, trial, model_.space, simulator_, model_.weights);
+    const Eigen::VectorXd now = problem.residual(model_.fit.point, segments),
+                          then = tried.residual(model_.fit.point, all);
+    Eigen::Index first = now.size(), count = 0;
+    for (const ResidualBlock& b : problem.layout(segments))
+      if (b.segment == segment) first = std::min(first, b.first), count += b.count;
+    const Eigen::MatrixXd& jacobian = model_.fit.jacobian;
+    const bool gives_way = fitted && jacobian.rows() == now.size() && jacobian.allFinite();
+    const Eigen::MatrixXd basis = gives_way ? Projector(jacobian).basis() : Eigen::MatrixXd(now.size(), 0);
+    const auto energy = [&](const Eigen::VectorXd& r) {
+      return r.squaredNorm() - (basis.transpose() * r).squaredNorm();
+    };
+    std::vector<double> out;
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      Eigen::VectorXd r = now;
+      r.segment(first, count) = then.segment(static_cast<Eigen::Index>(k) * count, count);
+      out.push_back(0.5 * static_cast<double>(r.size()) * std::log(energy(r) / energy(now)));
+    }
+    return out;
   }
 
   /// Sizes, edges and, where they are `fitted`, the model's numbers in full simulation, as long as less is left. False:
@@ -204,51 +223,71 @@ class EventFinder {
     return any;
   }
 
-  /// Where an effort does no better than a command that was lost or stayed, it is that; commands' edges are moved to
-  /// where they leave least.
-  void name_commands(Events& events) const {
+  /// Where efforts and slips at about the same time do no better together than a command that was lost or stayed, they
+  /// are that (Schwarz's criterion); commands' edges are moved to where they leave least.
+  void name_commands(const std::vector<int>& segments, bool fitted, Events& events) const {
     for (const Events& group : joined(events)) {
-      if (group.front().event.kind == EventSpec::Kind::reading) continue;
-      const Events others = all_but(events, group);
-      double least = left_of(model_, with_events(recorded_, events), {group.front().segment});
-      // An effort has two numbers more, its size and its rise: Schwarz's criterion.
-      const double samples = samples_of(group.front().segment);
-      if (group.front().event.kind == EventSpec::Kind::effort) least *= std::exp(2.0 * std::log(samples) / samples);
-      if (const std::optional<FoundEvent> command = best_command(others, group, least)) {
+      Events beside;
+      for (const FoundEvent& one : events)
+        if (is_beside(one, group)) beside.push_back(one);
+      if (beside.empty()) continue;  // it went with another group
+      double spared = -kNumbersOfCommand;
+      for (const FoundEvent& one : beside) spared += numbers_of(one);
+      const double allowed = 0.5 * spared * std::log(samples_of(segments));
+      const Events others = all_but(events, beside);
+      if (const std::optional<FoundEvent> command = best_command(segments, fitted, events, others, group, allowed)) {
         events = others;
         events.push_back(*command);
       }
     }
   }
-  /// The lost or repeated command in place of a group that leaves less than `least` of its segment; by steps of the
-  /// edges that become shorter.
-  std::optional<FoundEvent> best_command(const Events& others, const Events& group, double least) const {
-    const auto segment = static_cast<std::size_t>(group.front().segment);
-    const Segment without = with_events(recorded_, others).segments[segment];
+  /// At about the same time in the same segment.
+  static bool is_beside(const FoundEvent& one, const Events& group) {
+    return std::ranges::any_of(group, [&](const FoundEvent& other) {
+      return other.segment == one.segment && other.event.begin < one.event.end + kTouching &&
+             one.event.begin < other.event.end + kTouching;
+    });
+  }
+  /// That an event is given by: its edges, its size, its rise.
+  static double numbers_of(const FoundEvent& one) {
+    switch (one.event.kind) {
+      case EventSpec::Kind::effort: return 4.0;
+      case EventSpec::Kind::reading: return 3.0;
+      default: return kNumbersOfCommand;
+    }
+  }
+  double samples_of(const std::vector<int>& segments) const {
+    double out = 0.0;
+    for (const int s : segments)
+      out += static_cast<double>(recorded_.channels.size() * recorded_.segments[static_cast<std::size_t>(s)].count);
+    return out;
+  }
+  /// The lost or repeated command beside `others` and in place of a group that loses no more than `allowed`; by steps
+  /// of the edges that become shorter.
+  std::optional<FoundEvent> best_command(const std::vector<int>& segments, bool fitted, const Events& events,
+                                         const Events& others, const Events& group, double allowed) const {
+    const int segment = group.front().segment;
+    const Segment without = with_events(recorded_, segment, others);
     const auto joint = static_cast<std::size_t>(group.front().event.joint);
     if (std::ranges::none_of(without.commands->value[joint], [](double x) { return x != 0.0; })) return std::nullopt;
-    std::optional<FoundEvent> best;
     FoundEvent about = group.front();
     for (const FoundEvent& one : group) {
       about.event.end = std::max(about.event.end, one.event.end);
       about.evidence = std::max(about.evidence, one.evidence);
     }
-    double here_least = HUGE_VAL;
+    double least = HUGE_VAL;
     // Once more at the finest step first: edges that are right already must not be walked away from.
     for (const int step : {1, kShifts, kShifts / 2, kShifts / 4, 1}) {
       const Events offered = commands_around(without, about, step);
-      Experiment trial = recorded_;
-      trial.segments.assign(offered.size(), without);
-      std::vector<int> all;
-      for (std::size_t k = 0; k < offered.size(); ++k)
-        add_event(trial.segments[k], offered[k].event), all.push_back(static_cast<int>(k));
-      const std::vector<double> left = left_by(model_, trial, all);
-      const auto here = std::ranges::min_element(left);
-      if (!(*here < here_least)) continue;
-      here_least = *here, about = offered[static_cast<std::size_t>(here - left.begin())];
-      if (*here < least) least = *here, best = about;
+      std::vector<Events> tried;
+      for (const FoundEvent& one : offered) tried.push_back(others), tried.back().push_back(one);
+      const std::vector<double> lost = losses(segments, fitted, events, segment, tried);
+      const auto here = std::ranges::min_element(lost);
+      if (!(*here < least)) continue;
+      least = *here, about = offered[static_cast<std::size_t>(here - lost.begin())];
     }
-    return best;
+    if (!(least < allowed)) return std::nullopt;
+    return about;
   }
   /// Commands lost and repeated whose edges are up to two steps of samples away from an event's.
   static Events commands_around(const Segment& segment, const FoundEvent& about, int step) {
@@ -276,25 +315,17 @@ class EventFinder {
   }
 
   /// Takes out, the least first, what the simulation can do without.
-  void drop_needless(const std::vector<int>& segments, Events& events) const {
+  void drop_needless(const std::vector<int>& segments, bool fitted, Events& events) const {
     for (const int segment : segments) {
       for (;;) {
-        Events own;
+        std::vector<Events> without;
         for (const FoundEvent& one : events)
-          if (one.segment == segment) own.push_back(one);
-        if (own.empty()) break;
-        Experiment trial = recorded_;
-        trial.segments = {with_events(recorded_, own).segments[static_cast<std::size_t>(segment)]};
-        for (const FoundEvent& one : own)
-          trial.segments.push_back(
-              with_events(recorded_, all_but(own, {one})).segments[static_cast<std::size_t>(segment)]);
-        std::vector<int> all(trial.segments.size());
-        std::iota(all.begin(), all.end(), 0);
-        std::vector<double> left = left_by(model_, trial, all);
-        const auto least = std::min_element(left.begin() + 1, left.end());
-        const double samples = samples_of(segment);
-        if (0.5 * samples * std::log(*least / left.front()) > kWorthLearning) break;
-        events = all_but(events, {own[static_cast<std::size_t>(least - left.begin()) - 1]});
+          if (one.segment == segment) without.push_back(all_but(events, {one}));
+        if (without.empty()) break;
+        const std::vector<double> lost = losses(segments, fitted, events, segment, without);
+        const auto least = std::ranges::min_element(lost);
+        if (*least > kWorthLearning) break;
+        events = without[static_cast<std::size_t>(least - lost.begin())];
       }
     }
   }

@@ -40,6 +40,10 @@ TEST(LearnedLaws, StandWhereTheCatalogueHasNoName) {
   ASSERT_EQ(d.added.size(), 1u);
   EXPECT_EQ(d.added.front().effect, "learned_effort");
   EXPECT_EQ(d.added.front().place, "swing");
+  // What was learned is no name: the rest is said as if it were not there.
+  ASSERT_EQ(d.unexplained.per_joint.size(), 1u);
+  EXPECT_GT(d.unexplained.per_joint.front().over_noise, 3.0);
+  EXPECT_EQ(d.unexplained.per_joint.front().probability, 1.0) << "nothing was found to explain any of it";
 }
 
 TEST(LearnedLaws, LeaveTheNoiseOnRecordingsThatWereNotFitted) {

@@ -1,5 +1,6 @@
 #include "reports/json.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -62,15 +63,19 @@ TEST(DiagnosisJson, NamesTheRecordingOfEveryInterval) {
   EXPECT_EQ(evidence["recording"], Json::array({"train_1.csv", "train_2.csv"}));
 }
 
+void expect_learned_at_joint_2(const Json& learned) {
+  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
+                        "resembles", "probability", "evidence", "heldout"});
+  EXPECT_EQ(learned["where"], "joint_2");
+  EXPECT_EQ(learned["stage"], "link");
+}
+
 TEST(DiagnosisJson, LearnedLawHoldsEveryKeyOfTheContract) {
   const LearnedLaw law = sample::learned_law();
   const Json out = Json::parse(to_json(sample::learned_diagnosis({law}), sample::context()));
   ASSERT_EQ(out["learned"].size(), 1u);
   const Json& learned = out["learned"][0];
-  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
-                        "resembles", "probability", "evidence", "heldout"});
-  EXPECT_EQ(learned["where"], "joint_2");
-  EXPECT_EQ(learned["stage"], "link");
+  expect_learned_at_joint_2(learned);
   EXPECT_EQ(learned["over"], Json::array({"q"}));
   EXPECT_EQ(learned["unit"], "N m");
   EXPECT_EQ(learned["over_unit"], "rad");
@@ -84,6 +89,14 @@ TEST(DiagnosisJson, LearnedLawHoldsEveryKeyOfTheContract) {
   const LearnedLaw::Point& p = law.curve[3];
   EXPECT_EQ(learned["curve"][3],
             Json({{"at", p.at}, {"value", p.value}, {"lower95", p.lower95}, {"upper95", p.upper95}}));
+}
+
+TEST(DiagnosisJson, SaysOfEveryJointWhatIsLeft) {
+  Diagnosis d = sample::diagnosis();
+  d.unexplained.per_joint = {{"joint_2", 4.0, 0.6}, {"joint_3", std::nan(""), 0.0}};
+  const Json joints = Json::parse(to_json(d, sample::context()))["unexplained"]["per_joint"];
+  EXPECT_EQ(joints, Json({{"joint_2", {{"rms_over_noise", 4.0}, {"probability", 0.6}}},
+                          {"joint_3", {{"rms_over_noise", nullptr}, {"probability", 0.0}}}}));
 }
 
 TEST(DiagnosisJson, LearnedLawsStandInTheirOrderAndMayHaveNoPeriodNorEveryBand) {
@@ -108,10 +121,7 @@ TEST(DiagnosisJson, EventsHoldEveryKeyOfTheContract) {
   const Json out = Json::parse(to_json(sample::eventful_diagnosis(events), sample::context()));
   ASSERT_EQ(out["learned"].size(), 1u);
   const Json& learned = out["learned"][0];
-  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
-                        "resembles", "probability", "evidence", "heldout"});
-  EXPECT_EQ(learned["where"], "joint_2");
-  EXPECT_EQ(learned["stage"], "link");
+  expect_learned_at_joint_2(learned);
   EXPECT_EQ(learned["over"], Json::array({"t"}));
   EXPECT_EQ(learned["over_unit"], "s");
   EXPECT_EQ(learned["unit"], "N m");
