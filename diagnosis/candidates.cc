@@ -85,7 +85,7 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
   for (int k = 0; k < component.count; ++k) {
     const int index = component.first + k;
     const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
-    if (spec.parameters.count(p.key) > 0) continue;
+    if (p.info->structural || spec.parameters.count(p.key) > 0) continue;
     const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
     Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
     if (axis.coordinate == Coordinate::inverse) {

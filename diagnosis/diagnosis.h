@@ -93,22 +93,31 @@ struct Unexplained {
   std::vector<AtJoint> per_joint;  ///< every joint that is compared
 };
 
-/// An effort that no effect of the catalogue stands for, as a curve over the joint's position or speed (learned.h).
+/// What no effect of the catalogue stands for, as a function of one variable or two (learned.h).
 struct LearnedLaw {
-  std::string place;            ///< joint
-  std::string over;             ///< "q" or "v"
-  double from = 0.0, to = 0.0;  ///< what was seen of it, rad (m) or rad/s (m/s); beyond it the curve goes on level
-  std::string unit, way_unit;   ///< of the effort; of what it depends on
+  std::string place;          ///< joint
+  Stage stage = Stage::link;    ///< of an effort; `command` and `reading`: what is added to these
+  struct Variable {
+    std::string name;             ///< "q", "v", "u" or "JOINT.q" (scenarios/learned_entry.h)
+    double from = 0.0, to = 0.0;  ///< what was seen of it; beyond it the law goes on level
+    std::string unit;
+    std::size_t knots = 0;  ///< a second variable of two knots only says which way the joint moves
+  };
+  std::vector<Variable> over;  ///< one or two
+  std::string unit;            ///< of the law
   struct Point {
     double at = 0.0, value = 0.0, lower95 = 0.0, upper95 = 0.0;
+    double beside = 0.0;  ///< second variable
   };
-  std::vector<Point> curve;  ///< at the knots
-  std::string resembles;     ///< the nearest textbook law
+  std::vector<Point> curve;  ///< at the knots, the second variable's next to each other
+  std::vector<std::pair<double, double>> cloud;  ///< missing effort over the first variable, as measured (locate.h)
+  std::string resembles;                         ///< the nearest textbook law
   double share = 0.0;        ///< of the curve's variance that it explains
-  double period = 0.0;       ///< where it repeats itself, in `way_unit`; 0: it does not
+  double period = 0.0;       ///< where it repeats itself over its first variable, in its unit; 0: it does not
   double height = 0.0;       ///< half of the way from its lowest to its highest point
   std::string description;
-  double probability = 0.0;    ///< that it is this joint and this variable, of those that were offered
+  std::string tells_more;      ///< which recording would; "": it is known well enough
+  double probability = 0.0;    ///< that it is this joint and these variables, of those that were offered
   double evidence = 0.0;       ///< log evidence over the model without it, fitted in full
   double heldout_gain = 0.0;   ///< log-likelihood on the validate recordings
   double heldout_share = 0.0;  ///< of their residual energy that it takes away

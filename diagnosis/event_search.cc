@@ -243,7 +243,7 @@ class EventView {
           row_of(effort ? mean_of_intervals(segment, events[k]) : value_at_samples(segment, events[k]));
     const int joint = events.front().joint;
     const auto at = static_cast<std::size_t>(part.look);
-    Eigen::MatrixXd out = effort ? look_->changes_in(at, joint, courses) : look_->changes_read(at, joint, courses);
+    Eigen::MatrixXd out = effort ? look_->changes_in(at, joint, courses) : look_->changes_read_in(at, joint, courses);
     std::vector<ResidualBlock> rows = blocks_of(part.segment);
     for (ResidualBlock& b : rows) b.first -= part.first;
     in_units(out, rows);

@@ -2,164 +2,118 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <numbers>
+#include <span>
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/learnable.h"
 #include "diagnosis/linear_look.h"
 #include "diagnosis/projector.h"
 #include "diagnosis/resemblance.h"
-#include "physics/effects/learned_effort.h"
+#include "diagnosis/set_search.h"
+#include "scenarios/learned_entry.h"
 
 namespace lacuna {
 namespace {
 
-constexpr std::array kResolutions{8, 16, 32, 64, 128};  ///< knots over the range travelled
-constexpr double kSmooth = 2.0;                         ///< knots over which a curve keeps its value
-constexpr double kKnotsInPeriod = 5.0;                  ///< at least
-constexpr double kNotToldApart = 3.0;                   ///< log evidence: 20 to 1
-constexpr double kPeriodStep = 0.25;                    ///< of a period, by which neighbours shift over the range
-constexpr double kPeriodsSeen = 2.0;                    ///< at least
-constexpr double kJitter = 1e-6;                        ///< of the prior's variance, on its diagonal
-constexpr int kSizes = 40;                              ///< sizes of the curve that are tried, four a decade
-constexpr double kInterval = 1.96;                      ///< standard errors of a 95 % band
+constexpr std::array kFine{8, 16, 32, 64, 128, 256};  ///< knots over the range travelled
+constexpr std::array kSharp{8, 16, 32, 64};      ///< where something may turn within a small part of it
+constexpr std::array kCoarse{8, 16, 32};         ///< where nothing repeats itself many times
+constexpr std::array kOfOthers{8, 16};           ///< over what another joint does
+constexpr std::array kOfMaps{6};                 ///< of either variable
+constexpr int kInPeriod = 24;                    ///< of a curve that repeats itself
+constexpr double kAtRest = 0.05;                 ///< of a joint's rms speed, within which it moves neither way
+constexpr double kNudge = 0.01;                  ///< of a joint's rms command, by which its sensitivity is taken
+constexpr double kNotToldApart = 3.0;            ///< log evidence: 20 to 1
+constexpr double kInterval = 1.96;               ///< standard errors of a 95 % band
 
 constexpr double kLeastTaken = 0.25;  ///< of the validate recordings' rest, that it takes away: as of a finding
 constexpr int kRefitSteps = 5;        ///< of the plain parameters beside a curve on its way
 constexpr int kBends = 8;             ///< times that a curve is learned anew about the motion with it
+constexpr int kHalvings = 2;          ///< of steps that leave more
 constexpr double kStands = 0.01;      ///< relative change of what is left, under which it stays as it is
 constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
 
-/// A law at one joint of one variable, with what the linearised plant says of it.
-struct Learnable {
-  int joint = 0;
-  bool over_speed = false;
-  double from = 0.0, to = 0.0;
-  double period = 0.0;             ///< with which it repeats itself, in units of the variable; 0: it does not
-  Eigen::VectorXd values, errors;  ///< at the knots, and their standard errors, N m (N)
-  double evidence = -HUGE_VAL;
+/// A law of given variables, and the knots of the first one that are tried.
+struct Family {
+  Learnable law;
+  std::span<const int> resolutions;
 };
 
-enum class Kind {
-  smooth,
-  periodic,  ///< of whatever period
-  of_period  ///< of about the one that it has
-};
+/// Of what happens along the present motion: a law's variables and its efforts.
+class Along {
+ public:
+  Along(const LinearLook& look, const Experiment& experiment, const std::vector<int>& segments)
+      : look_(look), experiment_(experiment), segments_(segments) {}
 
-/// Covariance of a smooth curve's values at so many knots, over its variance; `period`, in knots, of one that repeats
-/// itself, 0: it need not.
-Eigen::MatrixXd smooth_prior(int knots, double period) {
-  Eigen::MatrixXd out(knots, knots);
-  for (int a = 0; a < knots; ++a)
-    for (int b = 0; b < knots; ++b) {
-      const double apart = period > 0.0 ? std::sin(std::numbers::pi * (a - b) / period) : (a - b) / kSmooth;
-      out(a, b) = std::exp(-(period > 0.0 ? 2.0 : 0.5) * apart * apart);
+  /// First and last knot at the ends of the range of a joint's variable; false where it stands still.
+  bool cover(int joint, Learnable::Variable& variable) const {
+    variable.from = HUGE_VAL, variable.to = -HUGE_VAL;
+    for (std::size_t at = 0; at < segments_.size(); ++at) {
+      const std::vector<double> x = course(at, joint, variable);
+      if (x.empty()) continue;
+      variable.from = std::min(variable.from, *std::min_element(x.begin(), x.end()));
+      variable.to = std::max(variable.to, *std::max_element(x.begin(), x.end()));
     }
-  out.diagonal().array() += kJitter;
-  return out;
-}
-
-/// The curve's own efforts: [motion], a row a knot.
-std::vector<Eigen::MatrixXd> efforts_of_knots(const std::vector<LinearMotion>& motions, const Learnable& law,
-                                              int knots) {
-  const double spacing = (law.to - law.from) / (knots - 1);
-  std::vector<Eigen::MatrixXd> out;
-  for (const LinearMotion& motion : motions) {
-    const auto& x = (law.over_speed ? motion.between->v : motion.between->q)[static_cast<std::size_t>(law.joint)];
-    out.emplace_back(Eigen::MatrixXd::Zero(knots, static_cast<Eigen::Index>(x.size())));
-    for (std::size_t k = 0; k < x.size(); ++k) {
-      const double at = std::clamp((x[k] - law.from) / spacing, 0.0, knots - 1.0);
-      const auto weight = [&](int knot) { return LearnedEffort::weight(at - knot); };
-      auto column = out.back().col(static_cast<Eigen::Index>(k));
-      for (int knot = 0; knot < knots; ++knot) column(knot) = weight(knot);
-      // One more knot beyond either end, on the line through the last two.
-      column(0) += 2.0 * weight(-1), column(1) -= weight(-1);
-      column(knots - 1) += 2.0 * weight(knots), column(knots - 2) -= weight(knots);
-    }
+    return variable.to > variable.from;
   }
-  return out;
-}
 
-/// What the data say of a curve: quadratic form and slope of what it leaves, in its values at the knots.
-struct CurveData {
-  Eigen::MatrixXd square;  ///< G^T G, G the sensitivities with what the fitted parameters take up projected off
-  Eigen::VectorXd slope;   ///< -G^T r, r what is left without the curve
-  double all = 0.0;        ///< r^T r
-  double samples = 0.0, effective = 0.0;  ///< all, and those that say one thing each
-};
-
-/// Takes the curve of most evidence under a prior of this period, if it has more than the one that `law` has; over no
-/// curve at all, the noise level profiled out.
-void weigh_curve(const CurveData& data, double period, Learnable& law) {
-  const int knots = static_cast<int>(data.slope.size());
-  const double spacing = (law.to - law.from) / (knots - 1);
-  const Eigen::MatrixXd root = smooth_prior(knots, period / spacing).llt().matrixL();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root.transpose() * data.square * root);
-  const Eigen::ArrayXd lambda = eigen.eigenvalues().array().max(0.0);
-  const Eigen::MatrixXd back = root * eigen.eigenvectors();
-  const Eigen::ArrayXd b = (back.transpose() * data.slope).array();
-  const double share = data.effective / data.samples;
-  if (!(lambda.maxCoeff() > 0.0) || !(data.all > 0.0)) return;
-  for (int k = 0; k < kSizes; ++k) {
-    // The curve's variance over the noise's, in units in which a sample counts `share`.
-    const double ratio = std::pow(10.0, 0.25 * k - 3.0) / (lambda.maxCoeff() * share);
-    const Eigen::ArrayXd shrunk = ratio * share / (1.0 + ratio * share * lambda);
-    const double left = std::max(data.all - (b.square() * shrunk).sum(), 1e-300);
-    const double evidence =
-        0.5 * data.effective * std::log(data.all / left) - 0.5 * (1.0 + ratio * share * lambda).log().sum();
-    if (!(evidence > law.evidence)) continue;
-    law.evidence = evidence, law.period = period;
-    law.values = back * (shrunk * b).matrix();
-    law.errors = (left / data.effective * (back.array().square().matrix() * shrunk.matrix()).array()).sqrt();
+  /// Changes of the whitened residual under a law on an effort or on a reading, one a value.
+  Eigen::MatrixXd changes(const Learnable& law) const {
+    std::vector<Eigen::MatrixXd> acts;
+    for (std::size_t at = 0; at < segments_.size(); ++at) acts.push_back(weights(at, law));
+    return law.stage == Stage::reading ? look_.changes_read(law.joint, acts) : look_.changes_at(law.joint, acts);
   }
-}
 
-/// The period of most evidence within a share of the present one either way; what is not known of it widens the curve's
-/// errors (Laplace).
-void sharpen_period(const CurveData& data, double share, Learnable& law) {
-  constexpr int kBits = 14;
-  const auto at = [&](double period) {
-    Learnable out = law;
-    out.evidence = -HUGE_VAL;
-    weigh_curve(data, period, out);
+ private:
+  /// Of the `at`-th segment: a variable's values in every interval.
+  std::vector<double> course(std::size_t at, int joint, const Learnable::Variable& variable) const {
+    const MeasuredMotion& motion = *look_.motions()[at].between;
+    const auto whose = static_cast<std::size_t>(variable.of > 0 ? variable.of - 1 : joint);
+    if (variable.over == LearnedCurve::kPosition) return motion.q[whose];
+    if (variable.over == LearnedCurve::kSpeed) return motion.v[whose];
+    const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments_[at])];
+    const auto first = segment.commands->value[whose].begin() + static_cast<std::ptrdiff_t>(segment.first);
+    return {first, first + static_cast<std::ptrdiff_t>(look_.motions()[at].intervals())};
+  }
+  /// From the middles of intervals to the samples between them.
+  static std::vector<double> at_samples(const std::vector<double>& between) {
+    if (between.size() < 2) return std::vector<double>(between.size() + 1, between.empty() ? 0.0 : between.front());
+    std::vector<double> out{1.5 * between[0] - 0.5 * between[1]};
+    for (std::size_t k = 0; k + 1 < between.size(); ++k) out.push_back(0.5 * (between[k] + between[k + 1]));
+    out.push_back(2.0 * between.back() - out.back());
     return out;
-  };
-  const double best =
-      boost::math::tools::brent_find_minima([&](double period) { return -at(period).evidence; },
-                                            (1.0 - share) * law.period, (1.0 + share) * law.period, kBits)
-          .first;
-  const Learnable here = at(best);
-  if (!(here.evidence >= law.evidence)) return;
-  law = here;
-  const double step = 0.02 * share * law.period;
-  const Learnable up = at(law.period + step), down = at(law.period - step);
-  const double curvature = (2.0 * law.evidence - up.evidence - down.evidence) / (step * step);
-  if (!(curvature > 0.0)) return;
-  const Eigen::ArrayXd moved = (up.values - down.values).array() / (2.0 * step * std::sqrt(curvature));
-  law.errors = (law.errors.array().square() + moved.square()).sqrt();
-}
+  }
+  /// How much every value counts: a row a value, a column an interval (of a reading: a sample).
+  Eigen::MatrixXd weights(std::size_t at, const Learnable& law) const {
+    std::vector<double> x = course(at, law.joint, law.over), y;
+    if (law.beside) y = course(at, law.joint, *law.beside);
+    if (law.stage == Stage::reading) x = at_samples(x);
+    const int columns = law.beside ? law.beside->knots : 1;
+    Eigen::MatrixXd out(law.size(), static_cast<Eigen::Index>(x.size()));
+    for (std::size_t k = 0; k < x.size(); ++k)
+      for (int row = 0; row < law.over.knots; ++row) {
+        const double of_row = weight(law.over, law.period, x[k], row);
+        for (int column = 0; column < columns; ++column)
+          out(row * columns + column, static_cast<Eigen::Index>(k)) =
+              of_row * (law.beside && of_row != 0.0 ? weight(*law.beside, 0.0, y[k], column) : 1.0);
+      }
+    return out;
+  }
+  static double weight(const Learnable::Variable& variable, double period, double x, int knot) {
+    const double turns = period > 0.0 ? std::floor((x - variable.from) / period) : 0.0;
+    const double at = (x - variable.from - turns * period) / variable.spacing();
+    const double within = period > 0.0 ? at : std::clamp(at, 0.0, variable.knots - 1.0);
+    return LearnedCurve::weight(within, knot, variable.knots, period > 0.0);
+  }
 
-/// Of the law's own period, and those close by.
-void weigh_period(const CurveData& data, Learnable& law) {
-  weigh_curve(data, law.period, law);
-  sharpen_period(data, kPeriodStep * law.period / (law.to - law.from), law);
-}
-
-/// The same over all periods from a few knots to half of the range, each its own prior; then around the best one.
-void weigh_periods(const CurveData& data, Learnable& law) {
-  const double range = law.to - law.from, spacing = range / static_cast<double>(data.slope.size() - 1);
-  const double shortest = kKnotsInPeriod * spacing, longest = range / kPeriodsSeen;
-  if (!(longest > shortest)) return;
-  for (double period = shortest; period < longest; period *= 1.0 + kPeriodStep * period / range)
-    weigh_curve(data, period, law);
-  if (law.period > 0.0) weigh_period(data, law);
-}
+  const LinearLook& look_;
+  const Experiment& experiment_;
+  const std::vector<int>& segments_;
+};
 
 class Learner {
  public:
@@ -171,6 +125,7 @@ class Learner {
     LearnedLaws out{standing_.model, {}};
     if (sets_.validate().empty() || !sets_.fit(standing_.model, kRefitSteps)) return out;
     for (int law = 0; law < out.model.model.dof(); ++law) {
+      if (law > 0 && !leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
       const std::vector<Learnable> offered = offer();
       if (offered.empty() || !learn(offered, out)) break;
     }
@@ -182,65 +137,133 @@ class Learner {
   }
 
  private:
-  /// At every joint that has none yet, over its position and its speed, the curve of most evidence; most first. Before
-  /// the law is in, its own trace is all colour of the rest and the evidence says little: it ranks, nothing more.
+  /// Of every law that may be learned, the curve of most evidence; most first. Before the law is in, its own trace is
+  /// all colour of the rest and the evidence says little: it ranks, nothing more.
   std::vector<Learnable> offer() const {
-    const CurrentModel& now = standing_.model;
-    const LinearLook look(now, experiment_, sets_.simulator(), sets_.train());
+    const About about(*this, standing_.model);
     std::vector<Learnable> out;
-    if (!look.is_linearised()) return out;
-    const Projector projector(now.fit.jacobian);
-    const Eigen::VectorXd rest = projector.rest(now.fit.residual);
-    const double effective = effective_samples(now);
-    for (int joint = 0; joint < now.model.dof(); ++joint) {
-      const std::string& name = experiment_.joint_names[static_cast<std::size_t>(joint)];
-      if (now.model.find_effect_at("learned_effort", name) >= 0) continue;
-      for (const bool over_speed : {false, true}) {
-        const std::optional<Learnable> best = best_of(look, projector, rest, effective, joint, over_speed);
-        if (best && best->evidence > 0.0) out.push_back(*best);
-      }
-    }
-    std::stable_sort(out.begin(), out.end(),
-                     [](const Learnable& a, const Learnable& b) { return a.evidence > b.evidence; });
-    return out;
+    if (!about.look.is_linearised()) return out;
+    for (int joint = 0; joint < standing_.model.model.dof(); ++joint)
+      for (const Family& family : families(about.along, joint))
+        for (const int knots : family.resolutions) {
+          out.push_back(family.law);
+          out.back().over.knots = knots;
+        }
+    // What goes through valve and actuator is simulated, which has threads of its own.
+    const auto simulated = std::ranges::partition(out, [](const Learnable& l) { return l.stage != Stage::command; });
+    const auto weigh = [&](Learnable& law) {
+      law.values = Eigen::VectorXd::Zero(law.size());
+      bend(about, nullptr, law);
+    };
+    parallel_for(
+        sets_.simulator().threads, static_cast<int>(simulated.begin() - out.begin()),
+        [&](int, int k) { weigh(out[static_cast<std::size_t>(k)]); }, sets_.simulator().stop);
+    std::ranges::for_each(simulated, weigh);
+    return best_of_each(std::move(out));
   }
 
-  std::optional<Learnable> best_of(const LinearLook& look, const Projector& projector, const Eigen::VectorXd& rest,
-                                   double effective, int joint, bool over_speed) const {
-    Learnable range{joint, over_speed, HUGE_VAL, -HUGE_VAL, 0.0, {}, {}, -HUGE_VAL};
-    for (const LinearMotion& motion : look.motions()) {
-      const auto& x = (over_speed ? motion.between->v : motion.between->q)[static_cast<std::size_t>(joint)];
-      if (x.empty()) continue;
-      range.from = std::min(range.from, *std::min_element(x.begin(), x.end()));
-      range.to = std::max(range.to, *std::max_element(x.begin(), x.end()));
-    }
-    if (!(range.to > range.from)) return std::nullopt;
-    Learnable best = range;
-    for (const int knots : kResolutions) {
-      Learnable law = range;
-      law.values = Eigen::VectorXd::Zero(knots);
-      bend(look, projector, rest, effective, Kind::smooth, law);
-      if (law.evidence > best.evidence) best = law;
-    }
+  /// Of laws that differ in their knots alone the one of most evidence; most first.
+  static std::vector<Learnable> best_of_each(std::vector<Learnable> out) {
+    std::stable_sort(out.begin(), out.end(),
+                     [](const Learnable& a, const Learnable& b) { return a.evidence > b.evidence; });
+    std::vector<Learnable> best;
+    for (Learnable& law : out)
+      if (law.evidence > 0.0 && std::ranges::none_of(best, [&](const Learnable& b) { return b.is_alike(law); }))
+        best.push_back(std::move(law));
     return best;
   }
 
-  /// The curve anew, about a motion that its present values are part of.
-  static void bend(const LinearLook& look, const Projector& projector, const Eigen::VectorXd& rest, double effective,
-                   Kind kind, Learnable& law) {
-    const int knots = static_cast<int>(law.values.size());
-    Eigen::MatrixXd G = look.changes_at(law.joint, efforts_of_knots(look.motions(), law, knots));
-    law.evidence = -HUGE_VAL;
-    if (!G.allFinite()) return;
-    for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) = projector.rest(G.col(k));
-    const Eigen::VectorXd without = rest - G * law.values;
-    const CurveData data{G.transpose() * G, -(G.transpose() * without), without.squaredNorm(),
-                         static_cast<double>(rest.size()), effective};
-    switch (kind) {
-      case Kind::smooth: return weigh_curve(data, 0.0, law);
-      case Kind::periodic: return weigh_periods(data, law);
-      default: return weigh_period(data, law);
+  /// What a law of a joint may depend on, where it has none of that stage yet.
+  std::vector<Family> families(const Along& along, int joint) const {
+    using enum LearnedCurve::Variable;
+    std::vector<Family> out;
+    const auto add = [&](Stage stage, Learnable::Variable over, std::span<const int> resolutions,
+                         std::optional<Learnable::Variable> beside = {}) {
+      const std::string& name = experiment_.joint_names[static_cast<std::size_t>(joint)];
+      if (standing_.model.model.find_effect_at(learned_effect(stage), name) >= 0) return;
+      if (!along.cover(joint, over) || (beside && beside->knots > 2 && !along.cover(joint, *beside))) return;
+      out.push_back({{joint, stage, over, beside, {over.from, over.to}, 0.0, {}, {}, -HUGE_VAL}, resolutions});
+    };
+    add(Stage::link, {kPosition}, kFine);
+    add(Stage::link, {kSpeed}, kSharp);
+    const double rest = kAtRest * experiment_.speed_rms[static_cast<std::size_t>(joint)];
+    if (rest > 0.0) add(Stage::link, {kPosition}, kCoarse, Learnable::Variable{kSpeed, 0, -rest, rest, 2});
+    add(Stage::link, {kPosition}, kOfMaps, Learnable::Variable{kSpeed, 0, 0.0, 0.0, kOfMaps.front()});
+    for (int other = 1; other <= standing_.model.model.dof(); ++other) {
+      if (other == joint + 1) continue;
+      add(Stage::link, {kPosition, other}, kOfOthers);
+      add(Stage::link, {kSpeed, other}, kOfOthers);
+      add(Stage::link, {kPosition}, kOfMaps, Learnable::Variable{kPosition, other, 0.0, 0.0, kOfMaps.front()});
     }
+    add(Stage::command, {kCommand}, kCoarse);
+    add(Stage::reading, {kPosition}, kSharp);
+    return out;
+  }
+
+  /// The present motion of a model, linearised, and what its fit leaves.
+  struct About {
+    About(const Learner& learner, const CurrentModel& model)
+        : now(model),
+          look(model, learner.experiment_, learner.sets_.simulator(), learner.sets_.train()),
+          along(look, learner.experiment_, learner.sets_.train()),
+          projector(model.fit.jacobian),
+          rest(projector.rest(model.fit.residual)),
+          effective(learner.effective_samples(model)) {}
+    const CurrentModel& now;
+    LinearLook look;
+    Along along;
+    Projector projector;
+    Eigen::VectorXd rest;
+    double effective;
+  };
+
+  /// Changes of the whitened residual, one a value of the law; what the fitted parameters take up is off.
+  Eigen::MatrixXd sensitivities(const About& about, const Learnable& law) const {
+    Eigen::MatrixXd G = law.stage == Stage::command ? commanded(about, law) : about.along.changes(law);
+    if (!G.allFinite()) return {};
+    for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) = about.projector.rest(G.col(k));
+    return G;
+  }
+  /// What the rest would be without the law that the model has.
+  Eigen::VectorXd rest_without(const About& about, const Learnable* stands) const {
+    if (stands == nullptr) return about.rest;
+    const Eigen::MatrixXd G = sensitivities(about, *stands);
+    return G.size() > 0 ? Eigen::VectorXd(about.rest - G * stands->values) : Eigen::VectorXd();
+  }
+  static CurveData data_of(const About& about, const Eigen::MatrixXd& G, const Eigen::VectorXd& without) {
+    return {G.transpose() * G, -(G.transpose() * without), without.squaredNorm(), static_cast<double>(about.rest.size()),
+            about.effective};
+  }
+
+  /// The curve anew, about a motion of which `stands` (null: nothing) is part. No evidence: it cannot be had.
+  void bend(const About& about, const Learnable* stands, Learnable& law) const {
+    law.evidence = -HUGE_VAL;
+    const Eigen::VectorXd without = rest_without(about, stands);
+    const Eigen::MatrixXd G = sensitivities(about, law);
+    if (G.size() == 0 || without.size() == 0) return;
+    if (law.period <= 0.0) return weigh_curve(data_of(about, G, without), law);
+    const auto data = [&](const Learnable& of) { return data_of(about, sensitivities(about, of), without); };
+    sharpen_period(data, period_share(law, law.period), law);
+  }
+
+  /// Changes of the whitened residual under a law on the command, one a value: through valve and actuator, of which the
+  /// linearised plant knows no more than the efforts that come of it.
+  Eigen::MatrixXd commanded(const About& about, const Learnable& law) const {
+    const std::string& name = experiment_.joint_names[static_cast<std::size_t>(law.joint)];
+    const PlantModel& plain = about.now.model;
+    const bool stands = plain.find_effect_at(learned_effect(law.stage), name) >= 0;
+    const PlantModel model = stands ? plain : plain.with_effects({law.spec(name)});
+    std::vector<double> present = model.values();
+    const std::vector<double> fitted = about.now.space.expand(about.now.fit.point);
+    std::copy(fitted.begin(), fitted.end(), present.begin());
+    const double nudge = kNudge * experiment_.command_rms[static_cast<std::size_t>(law.joint)];
+    const int first = model.find(fmt::format("{}.{}.value_1", name, learned_effect(law.stage)));
+    std::vector<std::vector<double>> nudged(static_cast<std::size_t>(law.size()), present);
+    for (std::size_t k = 0; k < nudged.size(); ++k) nudged[k][static_cast<std::size_t>(first) + k] += nudge;
+    const std::vector<Eigen::VectorXd> changes = about.look.changes(model, nudged);
+    Eigen::MatrixXd out(about.rest.size(), law.size());
+    for (std::size_t k = 0; k < changes.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = changes[k] / nudge;
+    return out;
   }
 
   /// Of the whole residual: as many as say one thing each.
@@ -254,23 +277,11 @@ class Learner {
     return out;
   }
 
-  EffectSpec spec_of(const Learnable& law) const {
-    EffectSpec out{"learned_effort",
-                   experiment_.joint_names[static_cast<std::size_t>(law.joint)],
-                   {{"over", law.over_speed ? 1.0 : 0.0},
-                    {"from", law.from},
-                    {"to", law.to},
-                    {"knots", static_cast<double>(law.values.size())}},
-                   {},
-                   "learned"};
-    for (Eigen::Index k = 0; k < law.values.size(); ++k) out.parameters[fmt::format("value_{}", k + 1)] = law.values(k);
-    return out;
-  }
-
   /// The standing model with a law, everything else fitted again.
   std::optional<Hypothesis> with(const Learnable& law) const {
     SetChange change;
-    change.in.push_back(spec_of(law)), change.own.emplace_back();
+    change.in.push_back(law.spec(experiment_.joint_names[static_cast<std::size_t>(law.joint)]));
+    change.own.emplace_back();
     return sets_.changed(standing_, change, kRefitSteps);
   }
 
@@ -281,57 +292,50 @@ class Learner {
   };
   /// The law and the parameters beside it in full simulation: the curve is learned again about the motion with it until
   /// it stands; a step that leaves more is halved.
-  std::optional<Fitted> fitted(const Learnable& start, Kind kind) const {
+  std::optional<Fitted> fitted(const Learnable& start) const {
     std::optional<Fitted> best;
     Learnable tried = start;
-    for (int k = 0; k < kBends; ++k) {
+    for (int k = 0, halved = 0; k < kBends; ++k) {
       std::optional<Hypothesis> next = with(tried);
       const double now = left_by(best ? best->set : standing_), then = next ? left_by(*next) : HUGE_VAL;
       if (!(then < now)) {
+        if (++halved > kHalvings) break;
         const Eigen::VectorXd from = best ? best->law.values : Eigen::VectorXd::Zero(start.values.size());
         tried.values = 0.5 * (tried.values + from);
         continue;
       }
       const bool stands = best && then > (1.0 - kStands) * now;
       best.emplace(tried, std::move(*next));
-      if (stands || !bend_about(*best, kind, tried)) break;
+      bend(About(*this, best->set.model), &best->law, tried);
+      if (!std::isfinite(tried.evidence)) break;
+      best->law.evidence = tried.evidence, best->law.errors = tried.errors;
+      if (stands) break;
     }
     return best;
   }
-  /// The curve of a fitted law anew; the law's own evidence and errors with it.
-  bool bend_about(Fitted& best, Kind kind, Learnable& tried) const {
-    const CurrentModel& about = best.set.model;
-    const LinearLook look(about, experiment_, sets_.simulator(), sets_.train());
-    if (!look.is_linearised()) return false;
-    const Projector projector(about.fit.jacobian);
-    bend(look, projector, projector.rest(about.fit.residual), effective_samples(about), kind, tried);
-    if (!std::isfinite(tried.evidence)) return false;
-    best.law.evidence = tried.evidence, best.law.errors = tried.errors, best.law.period = tried.period;
-    return true;
-  }
+
   /// A curve that repeats itself says more with less: it stands where it predicts the validate recordings as well. What
   /// repeats itself after one period does so after two and three: of those that are not told apart it is the shortest.
   void look_for_a_period(Fitted& smooth) const {
-    Learnable longest = smooth.law;
-    Fitted about = smooth;
-    if (!bend_about(about, Kind::periodic, longest) || !(longest.period > 0.0)) return;
-    std::optional<Fitted> best = of_period(smooth, longest, longest.period);
-    if (!best) return;
-    const double evidence = best->law.evidence;
-    for (const int parts : {3, 2}) {
-      std::optional<Fitted> shorter = of_period(smooth, longest, longest.period / parts);
-      if (!shorter || shorter->law.evidence < evidence - kNotToldApart) continue;
-      best = std::move(shorter);
-      break;
+    const About about(*this, smooth.set.model);
+    const Eigen::VectorXd without = rest_without(about, &smooth.law);
+    const Eigen::MatrixXd G = sensitivities(about, smooth.law);
+    if (G.size() == 0) return;
+    const std::optional<double> longest = period_of(data_of(about, G, without), smooth.law);
+    if (!longest) return;
+    std::optional<Learnable> best;
+    for (const int parts : {1, 2, 3}) {
+      Learnable law = smooth.law;
+      law.over.knots = kInPeriod;
+      law.set_period(*longest / parts);
+      law.values = Eigen::VectorXd::Zero(law.size());
+      bend(about, &smooth.law, law);
+      if (std::isfinite(law.evidence) && (!best || law.evidence > best->evidence - kNotToldApart)) best = law;
     }
-    if (sets_.heldout_difference(best->set, smooth.set).gain >= 0.0) smooth = std::move(*best);
+    std::optional<Fitted> found = best ? fitted(*best) : std::nullopt;
+    if (found && sets_.heldout_difference(found->set, smooth.set).gain >= 0.0) smooth = std::move(*found);
   }
-  std::optional<Fitted> of_period(const Fitted& smooth, Learnable law, double period) const {
-    law.period = period;
-    Fitted about = smooth;
-    if (!bend_about(about, Kind::of_period, law)) return std::nullopt;
-    return fitted(law, Kind::of_period);
-  }
+
   /// Energy on the train recordings over the noise, whatever a fit's own weights are.
   double left_by(const Hypothesis& one) const {
     double out = 0.0;
@@ -344,40 +348,76 @@ class Learner {
     return out;
   }
 
-  /// Puts the first one in that full simulation and the validate recordings confirm.
+  /// Puts the one in that, fitted in full, train and validate recordings together speak for most; those are tried that
+  /// are not clearly behind the first, and others where nothing passed.
   bool learn(const std::vector<Learnable>& offered, LearnedLaws& out) {
+    std::optional<Fitted> best;
+    HeldoutDifference predicts;
+    std::vector<double> says;
+    for (const Learnable& law : offered) says.push_back(law.evidence);
+    std::size_t which = 0;
     for (std::size_t k = 0; k < std::min(kTried, offered.size()); ++k) {
-      std::optional<Fitted> found = fitted(offered[k], Kind::smooth);
+      if (best && offered[k].evidence < offered[0].evidence - kWorthLearning) break;
+      std::optional<Fitted> found = fitted(offered[k]);
       if (!found) continue;
-      look_for_a_period(*found);
-      const HeldoutDifference predicts = sets_.heldout_difference(found->set, standing_);
-      if (!(found->law.evidence > kWorthLearning) || !predicts.speaks_for() || predicts.share < kLeastTaken) continue;
-      out.laws.push_back(described(found->law, predicts, probability_of(offered, k)));
-      standing_ = std::move(found->set);
-      return true;
+      if (!found->law.beside && found->law.over.over == LearnedCurve::kPosition) look_for_a_period(*found);
+      const HeldoutDifference here = sets_.heldout_difference(found->set, standing_);
+      if (!(found->law.evidence > kWorthLearning) || !here.speaks_for() || here.share < kLeastTaken) continue;
+      says[k] += here.gain;
+      if (best && says[k] <= says[which]) continue;
+      which = k, predicts = here, best = std::move(found);
     }
-    return false;
+    if (!best) return false;
+    out.laws.push_back(described(best->law, predicts, probability_of(says, which)));
+    standing_ = std::move(best->set);
+    return true;
   }
+
   LearnedLaw described(const Learnable& law, const HeldoutDifference& predicts, double probability) const {
+    const Robot& robot = standing_.model.model.robot();
     LearnedLaw out;
-    out.place = experiment_.joint_names[static_cast<std::size_t>(law.joint)], out.over = law.over_speed ? "v" : "q";
-    out.from = law.from, out.to = law.to, out.period = law.period;
-    const bool sliding = standing_.model.model.robot().joints()[static_cast<std::size_t>(law.joint)].prismatic();
-    out.unit = sliding ? "N" : "N m";
-    out.way_unit = std::string(sliding ? "m" : "rad") + (law.over_speed ? "/s" : "");
-    const double spacing = (law.to - law.from) / static_cast<double>(law.values.size() - 1);
-    for (Eigen::Index k = 0; k < law.values.size(); ++k)
-      out.curve.push_back({law.from + spacing * static_cast<double>(k), law.values(k),
-                           law.values(k) - kInterval * law.errors(k), law.values(k) + kInterval * law.errors(k)});
+    out.place = experiment_.joint_names[static_cast<std::size_t>(law.joint)], out.stage = law.stage;
+    const std::vector<std::string> names = variables_of(law.spec(out.place), robot);
+    const auto variable = [&](const Learnable::Variable& v, const std::string& name, double from, double to) {
+      const int whose = v.of > 0 ? v.of - 1 : law.joint;
+      out.over.push_back({name, from, to, unit_of(v.over, whose), static_cast<std::size_t>(v.knots)});
+    };
+    variable(law.over, names.front(), law.seen.first, law.seen.second);
+    if (law.beside) variable(*law.beside, names.back(), law.beside->from, law.beside->to);
+    out.unit = law.stage == Stage::link      ? (is_sliding(law.joint) ? "N" : "N m")
+               : law.stage == Stage::command ? unit_of(LearnedCurve::kCommand, law.joint)
+                                             : unit_of(LearnedCurve::kPosition, law.joint);
+    out.period = law.period;
+    const int columns = law.beside ? law.beside->knots : 1;
+    // One that repeats itself is shown as often as it was seen.
+    const double times = law.period > 0.0 ? (law.seen.second - law.seen.first) / law.period : 1.0;
+    const int rows = law.period > 0.0 ? static_cast<int>(times * law.over.knots) + 1 : law.over.knots;
+    for (int k = 0; k < rows * columns; ++k) {
+      const double value = law.values(k % law.size()), error = kInterval * law.errors(k % law.size());
+      out.curve.push_back({law.over.place(k / columns), value, value - error, value + error,
+                           law.beside ? law.beside->place(k % columns) : 0.0});
+    }
+    out.over.front().knots = static_cast<std::size_t>(rows);
     out.probability = probability, out.evidence = law.evidence;
     out.heldout_gain = predicts.gain, out.heldout_share = predicts.share;
     describe_curve(out);
     return out;
   }
-  /// That it is this joint and variable and no other that was offered.
-  static double probability_of(const std::vector<Learnable>& offered, std::size_t which) {
+  bool is_sliding(int joint) const {
+    return standing_.model.model.robot().joints()[static_cast<std::size_t>(joint)].prismatic();
+  }
+  std::string unit_of(LearnedCurve::Variable variable, int joint) const {
+    switch (variable) {
+      case LearnedCurve::kPosition: return is_sliding(joint) ? "m" : "rad";
+      case LearnedCurve::kSpeed: return is_sliding(joint) ? "m/s" : "rad/s";
+      case LearnedCurve::kCommand: return standing_.model.model.command_unit(joint);
+      default: return "s";
+    }
+  }
+  /// That it is this joint and these variables, of those that were offered.
+  static double probability_of(const std::vector<double>& says, std::size_t which) {
     double sum = 0.0;
-    for (const Learnable& other : offered) sum += std::exp(std::min(other.evidence - offered[which].evidence, 700.0));
+    for (const double other : says) sum += std::exp(std::min(other - says[which], 700.0));
     return 1.0 / sum;
   }
 

@@ -83,17 +83,25 @@ Eigen::VectorXd LinearLook::residual_of(const std::vector<Eigen::MatrixXd>& resp
 }
 
 Eigen::MatrixXd LinearLook::changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const {
+  return stacked([&](std::size_t at) { return changes_in(at, joint, efforts[at]); });
+}
+
+Eigen::MatrixXd LinearLook::changes_read(int joint, const std::vector<Eigen::MatrixXd>& slips) const {
+  return stacked([&](std::size_t at) { return changes_read_in(at, joint, slips[at]); });
+}
+
+Eigen::MatrixXd LinearLook::stacked(const std::function<Eigen::MatrixXd(std::size_t at)>& part) const {
   std::vector<Eigen::MatrixXd> parts;
   Eigen::Index rows = 0;
   for (std::size_t at = 0; at < segments_.size(); ++at) {
-    parts.push_back(changes_in(at, joint, efforts[at]));
+    parts.push_back(part(at));
     rows += parts.back().rows();
   }
-  Eigen::MatrixXd out(rows, efforts.front().rows());
+  Eigen::MatrixXd out(rows, parts.front().cols());
   rows = 0;
-  for (const Eigen::MatrixXd& part : parts) {
-    out.middleRows(rows, part.rows()) = part;
-    rows += part.rows();
+  for (const Eigen::MatrixXd& one : parts) {
+    out.middleRows(rows, one.rows()) = one;
+    rows += one.rows();
   }
   return out;
 }
@@ -114,7 +122,7 @@ Eigen::MatrixXd LinearLook::changes_in(std::size_t at, int joint, const Eigen::M
   return out;
 }
 
-Eigen::MatrixXd LinearLook::changes_read(std::size_t at, int joint, const Eigen::MatrixXd& slips) const {
+Eigen::MatrixXd LinearLook::changes_read_in(std::size_t at, int joint, const Eigen::MatrixXd& slips) const {
   Eigen::MatrixXd out;
   for (Eigen::Index k = 0; k < slips.rows(); ++k)
     put(at, out, k, slips.rows(), [&](const Channel& channel) -> Eigen::VectorXd {

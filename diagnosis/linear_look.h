@@ -34,12 +34,16 @@ class LinearLook {
   /// Changes of the whitened residual, one a column, under efforts at one joint: [motion], rows the columns' own
   /// efforts at every interval, N m (N).
   Eigen::MatrixXd changes_at(int joint, const std::vector<Eigen::MatrixXd>& efforts) const;
+  /// Under what a joint's position is read too much: [motion], rows the columns' own at every sample, rad (m).
+  Eigen::MatrixXd changes_read(int joint, const std::vector<Eigen::MatrixXd>& slips) const;
   /// The same in the `at`-th of the segments alone, of efforts [column][interval] and of what a joint's position is
   /// read too much [column][sample], rad (m).
   Eigen::MatrixXd changes_in(std::size_t at, int joint, const Eigen::MatrixXd& efforts) const;
-  Eigen::MatrixXd changes_read(std::size_t at, int joint, const Eigen::MatrixXd& slips) const;
+  Eigen::MatrixXd changes_read_in(std::size_t at, int joint, const Eigen::MatrixXd& slips) const;
 
  private:
+  /// Of all segments, one below the other.
+  Eigen::MatrixXd stacked(const std::function<Eigen::MatrixXd(std::size_t at)>& part) const;
   /// Puts changes of the predictions of one segment into a column of `out`, whitened.
   void put(std::size_t at, Eigen::MatrixXd& out, Eigen::Index column, Eigen::Index columns,
            const std::function<Eigen::VectorXd(const Channel&)>& change) const;

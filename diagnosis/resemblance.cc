@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,6 +18,7 @@ constexpr double kAlike = 0.8;        ///< share of the curve from which a law i
 constexpr double kParity = 0.9;       ///< share of the curve from which it is called even or odd
 constexpr double kFewestKnots = 4.0;  ///< a period must have, to be one
 constexpr double kFewestPeriods = 2.0;
+constexpr double kVague = 0.25;       ///< of its height: a band so wide asks for another recording
 constexpr double kRoundings = 1e-20;  ///< of what there is: nothing varies
 constexpr int kShapes = 360;          ///< values of a law's own shape that are tried
 
@@ -53,10 +55,18 @@ double share_of(const Points& p, const std::vector<Eigen::ArrayXd>& columns) {
   return 1.0 - (y - A * c).squaredNorm() / all;
 }
 
+/// What textbooks tell apart.
+enum class Over { position, speed, command, reading };
+Over kind_of(const LearnedLaw& law) {
+  if (law.stage == Stage::command) return Over::command;
+  if (law.stage == Stage::reading) return Over::reading;
+  return law.over.front().name.ends_with('v') ? Over::speed : Over::position;
+}
+
 /// A textbook law: its columns at a shape of its own in (0, 1), and how many numbers it has.
 struct Textbook {
   const char* name;
-  bool over_speed;
+  Over over;
   int numbers;
   std::function<std::vector<Eigen::ArrayXd>(const Eigen::ArrayXd& x, double shape)> columns;
 };
@@ -69,37 +79,77 @@ double period_of(const Eigen::ArrayXd& x, double shape) {
 }
 double edge_of(const Eigen::ArrayXd& x, double shape) { return x.minCoeff() + shape * (x.maxCoeff() - x.minCoeff()); }
 
+/// One place at which the command does more or less; `width` of the range.
+Textbook notch(double width) {
+  return {"a notch", Over::command, 3, [width](const Eigen::ArrayXd& x, double shape) {
+            const double range = x.maxCoeff() - x.minCoeff();
+            const Eigen::ArrayXd away = (x - edge_of(x, shape)) / (width * range);
+            return std::vector<Eigen::ArrayXd>{x, (-away.square()).exp()};
+          }};
+}
+
 const std::vector<Textbook>& textbook() {
   using Columns = std::vector<Eigen::ArrayXd>;
   static const std::vector<Textbook> laws{
-      {"a spring", false, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x}; }},
-      {"a hardening spring", false, 2,
+      {"a spring", Over::position, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x}; }},
+      {"a hardening spring", Over::position, 2,
        [](const Eigen::ArrayXd& x, double) {
          return Columns{x, x.cube()};
        }},
-      {"a weight on a lever", false, 2,
+      {"a weight on a lever", Over::position, 2,
        [](const Eigen::ArrayXd& x, double) {
          return Columns{x.sin(), x.cos()};
        }},
-      {"a stop or a spring with slack", false, 2,
+      {"a stop or a spring with slack", Over::position, 2,
        [](const Eigen::ArrayXd& x, double shape) { return Columns{(x - edge_of(x, shape)).max(0.0)}; }},
-      {"gear ripple", false, 3,
+      {"gear ripple", Over::position, 3,
        [](const Eigen::ArrayXd& x, double shape) {
          const Eigen::ArrayXd phase = 2.0 * std::numbers::pi / period_of(x, shape) * x;
          return Columns{phase.sin(), phase.cos()};
        }},
-      {"viscous friction", true, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x}; }},
-      {"quadratic damping", true, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x * x.abs()}; }},
-      {"Coulomb friction", true, 2,
+      {"viscous friction", Over::speed, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x}; }},
+      {"quadratic damping", Over::speed, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x * x.abs()}; }},
+      {"Coulomb friction", Over::speed, 2,
        [](const Eigen::ArrayXd& x, double shape) { return Columns{(x / (0.2 * shape * reach(x) + 1e-12)).tanh()}; }},
-      {"Coulomb and viscous friction", true, 3,
+      {"Coulomb and viscous friction", Over::speed, 3,
        [](const Eigen::ArrayXd& x, double shape) {
          return Columns{(x / (0.2 * shape * reach(x) + 1e-12)).tanh(), x};
        }},
-      {"Stribeck friction", true, 3,
+      {"Stribeck friction", Over::speed, 3,
        [](const Eigen::ArrayXd& x, double shape) {
          const Eigen::ArrayXd way = (x / (0.02 * reach(x) + 1e-12)).tanh(), ratio = x / (shape * reach(x) + 1e-12);
          return Columns{way, way * (-ratio.square()).exp()};
+       }},
+      // What is added to a command may go with another gain: the gain itself was fitted beside it.
+      {"one direction weaker", Over::command, 1,
+       [](const Eigen::ArrayXd& x, double) {
+         return Columns{x, x.abs()};
+       }},
+      {"a dead zone", Over::command, 2,
+       [](const Eigen::ArrayXd& x, double shape) {
+         const double edge = shape * reach(x);
+         return Columns{x, x.max(-edge).min(edge)};
+       }},
+      {"a saturation", Over::command, 2,
+       [](const Eigen::ArrayXd& x, double shape) {
+         return Columns{x, x.sign() * (x.abs() - shape * reach(x)).max(0.0)};
+       }},
+      {"a gain that grows with the command", Over::command, 2,
+       [](const Eigen::ArrayXd& x, double) {
+         return Columns{x, x * x.abs(), x.cube()};
+       }},
+      notch(0.05),
+      notch(0.1),
+      notch(0.2),
+      {"an error of scale", Over::reading, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x}; }},
+      {"an eccentric ring", Over::reading, 2,
+       [](const Eigen::ArrayXd& x, double) {
+         return Columns{x.sin(), x.cos()};
+       }},
+      {"an error that repeats itself", Over::reading, 3,
+       [](const Eigen::ArrayXd& x, double shape) {
+         const Eigen::ArrayXd phase = 2.0 * std::numbers::pi / period_of(x, shape) * x;
+         return Columns{phase.sin(), phase.cos()};
        }},
   };
   return laws;
@@ -110,10 +160,10 @@ struct Match {
   double share = 0.0, shape = 0.5;
 };
 
-Match nearest(const Points& p, bool over_speed) {
+Match nearest(const Points& p, Over over) {
   Match best;
   for (const Textbook& law : textbook()) {
-    if (law.over_speed != over_speed) continue;
+    if (law.over != over) continue;
     Match here{&law, -HUGE_VAL, 0.5};
     for (int k = 0; k < kShapes; ++k) {
       const double shape = (k + 0.5) / kShapes, share = share_of(p, law.columns(p.x, shape));
@@ -127,14 +177,15 @@ Match nearest(const Points& p, bool over_speed) {
 
 /// Share of the curve that is even (or odd) about zero, where it was seen on both sides; nothing elsewhere.
 std::optional<double> parity_share(const LearnedLaw& law, double sign) {
+  const double from = law.over.front().from, to = law.over.front().to;
   const auto at = [&](double x) {
-    const double k = (x - law.from) / (law.to - law.from) * static_cast<double>(law.curve.size() - 1);
+    const double k = (x - from) / (to - from) * static_cast<double>(law.curve.size() - 1);
     const auto i = std::min(static_cast<std::size_t>(std::max(k, 0.0)), law.curve.size() - 2);
     const double s = k - static_cast<double>(i);
     return law.curve[i].value + s * (law.curve[i + 1].value - law.curve[i].value);
   };
-  const double both = std::min(-law.from, law.to);
-  if (!(both > 0.3 * std::max(-law.from, law.to))) return std::nullopt;
+  const double both = std::min(-from, to);
+  if (!(both > 0.3 * std::max(-from, to))) return std::nullopt;
   double part = 0.0, all = 0.0;
   for (int k = 0; k < kShapes; ++k) {
     const double x = both * (k + 0.5) / kShapes, up = at(x), down = at(-x);
@@ -156,7 +207,7 @@ bool is_monotone(const LearnedLaw& law) {
 std::string shape_words(const LearnedLaw& law) {
   std::string out;
   const auto add = [&](const std::string& words) { out += (out.empty() ? "" : ", ") + words; };
-  if (law.period > 0.0) add(fmt::format("repeats every {:.3g} {}", law.period, law.way_unit));
+  if (law.period > 0.0) add(fmt::format("repeats every {:.3g} {}", law.period, law.over.front().unit));
   const auto even = parity_share(law, 1.0), odd = parity_share(law, -1.0);
   if (even && *even > kParity) add("the same in either direction");
   if (odd && *odd > kParity) add("turns with the sign");
@@ -164,22 +215,109 @@ std::string shape_words(const LearnedLaw& law) {
   return out;
 }
 
+/// "its position", "the speed of elbow".
+std::string words_of(const LearnedLaw::Variable& variable) {
+  const std::size_t dot = variable.name.rfind('.');
+  const std::string letter = dot == std::string::npos ? variable.name : variable.name.substr(dot + 1);
+  const std::string quantity = letter == "q"   ? "position"
+                               : letter == "v" ? "speed"
+                               : letter == "u" ? "command"
+                                               : "time of the session";
+  if (dot != std::string::npos) return "the " + quantity + " of " + variable.name.substr(0, dot);
+  return (letter == "t" ? "the " : "its ") + quantity;
+}
+
+/// What is there, and what it depends on.
+std::string subject(const LearnedLaw& law) {
+  std::string on = words_of(law.over.front());
+  if (law.over.size() > 1) on += law.over[1].knots == 2 ? " and on which way it moves" : " and on " + words_of(law.over[1]);
+  switch (law.stage) {
+    case Stage::command: return fmt::format("the command of {} arrives changed by what depends on {}", law.place, on);
+    case Stage::reading: return fmt::format("the position of {} is read wrong by what depends on {}", law.place, on);
+    default:
+      return fmt::format("{} lacks {} that depends on {}", law.place, law.unit == "N" ? "a force" : "a torque", on);
+  }
+}
+
+Eigen::MatrixXd table_of(const LearnedLaw& law) {
+  const auto columns = static_cast<Eigen::Index>(law.over[1].knots);
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(law.curve.size()) / columns, columns);
+  for (Eigen::Index k = 0; k < out.size(); ++k)
+    out(k / columns, k % columns) = law.curve[static_cast<std::size_t>(k)].value;
+  return out;
+}
+
+/// Of a law whose two branches are the two ways in which the joint moves: what turns with the way is friction, the
+/// rest a curve over the position.
+void describe_branches(LearnedLaw& law) {
+  const Eigen::MatrixXd table = table_of(law);
+  const Eigen::ArrayXd friction = 0.5 * (table.col(0) - table.col(1)).array(), both = 0.5 * table.rowwise().sum().array();
+  const double turns = friction.square().sum(), stays = (both - both.mean()).square().sum();
+  law.share = turns + stays > 0.0 ? turns / (turns + stays) : 0.0;
+  law.resembles = "friction that depends on the position";
+  law.description = fmt::format(
+      "{}: {:.3g} {} to either side of its middle, a loop, so dry friction or a memory; {} {} ({:.0f} % of it), from "
+      "{:.3g} to {:.3g} {}",
+      subject(law), law.height, law.unit, law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles,
+      100.0 * law.share, friction.minCoeff(), friction.maxCoeff(), law.unit);
+}
+
+/// Of a map: whether it is one law of either variable side by side, or one times the other.
+void describe_map(LearnedLaw& law) {
+  const Eigen::MatrixXd table = table_of(law);
+  const Eigen::MatrixXd centred = table.array() - table.mean();
+  const double all = centred.squaredNorm();
+  const Eigen::VectorXd rows = centred.rowwise().mean();
+  const Eigen::RowVectorXd columns = centred.colwise().mean();
+  const double apart = (centred.colwise() - rows).rowwise().operator-(columns).squaredNorm();
+  const Eigen::VectorXd sizes = table.jacobiSvd().singularValues();
+  const double product = 1.0 - sizes.tail(sizes.size() - 1).squaredNorm() / std::max(sizes.squaredNorm(), 1e-300);
+  const double sum = all > 0.0 ? 1.0 - apart / all : 0.0;
+  law.share = std::max(sum, product);
+  law.resembles = product > sum + kSimpler ? "the product of a law of either" : "two laws side by side, one of either";
+  law.description = fmt::format("{}: {:.3g} {} to either side of its middle; {} {} ({:.0f} % of it)", subject(law),
+                                law.height, law.unit, law.share > kAlike ? "like" : "no textbook law, nearest is",
+                                law.resembles, 100.0 * law.share);
+}
+
+void describe_one(LearnedLaw& law) {
+  const Match match = nearest(points_of(law), kind_of(law));
+  law.resembles = match.law->name, law.share = std::clamp(match.share, 0.0, 1.0);
+  law.description = fmt::format("{}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of the curve)",
+                                subject(law), law.height, law.unit, shape_words(law),
+                                law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles,
+                                100.0 * law.share);
+}
+
+/// Where least is known of the law, beside its height.
+std::string more_to_measure(const LearnedLaw& law) {
+  const auto widest = std::ranges::max_element(
+      law.curve, {}, [](const LearnedLaw::Point& p) { return std::isfinite(p.upper95) ? p.upper95 - p.lower95 : 0.0; });
+  const double band = 0.5 * (widest->upper95 - widest->lower95);
+  if (!(band > kVague * law.height)) return {};
+  const LearnedLaw::Variable& over = law.over.front();
+  std::string out = fmt::format("Least is known of it where {} is {:.3g} {}", words_of(over), widest->at, over.unit);
+  if (law.over.size() > 1 && law.over[1].knots > 2)
+    out += fmt::format(" and {} {:.3g} {}", words_of(law.over[1]), widest->beside, law.over[1].unit);
+  return out + fmt::format(" (within {:.2g} {}): a recording that goes there slowly, both ways, would tell more", band,
+                           law.unit);
+}
+
 }  // namespace
 
 void describe_curve(LearnedLaw& law) {
-  law.resembles.clear(), law.share = law.height = 0.0;
+  law.resembles.clear(), law.description.clear(), law.tells_more.clear();
+  law.share = law.height = 0.0;
   if (law.curve.size() < 4) return;
-  const Points p = points_of(law);
-  const auto [least, most] = std::minmax_element(law.curve.begin(), law.curve.end(),
-                                                 [](const auto& a, const auto& b) { return a.value < b.value; });
+  const auto [least, most] = std::ranges::minmax_element(law.curve, {}, &LearnedLaw::Point::value);
   law.height = 0.5 * (most->value - least->value);
-  const bool over_speed = law.over == "v";
-  const Match match = nearest(p, over_speed);
-  law.resembles = match.law->name, law.share = std::clamp(match.share, 0.0, 1.0);
-  law.description = fmt::format(
-      "{} lacks {} that depends on its {}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of the curve)",
-      law.place, law.unit == "N" ? "a force" : "a torque", over_speed ? "speed" : "position", law.height, law.unit,
-      shape_words(law), law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles, 100.0 * law.share);
+  if (law.over.size() < 2)
+    describe_one(law);
+  else if (law.over[1].knots == 2)
+    describe_branches(law);
+  else
+    describe_map(law);
+  law.tells_more = more_to_measure(law);
 }
 
 }  // namespace lacuna

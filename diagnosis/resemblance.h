@@ -5,7 +5,7 @@
 
 namespace lacuna {
 
-/// Fills `resembles`, `share`, `height` and `description` from the curve and its period.
+/// Fills `resembles`, `share`, `height`, `description` and `tells_more` from the curve, its variables and its period.
 void describe_curve(LearnedLaw& law);
 
 }  // namespace lacuna

@@ -31,7 +31,8 @@ struct JointView {
   /// Of dry friction that is asked for: the way in which the joint slides, or at rest the way in which it is pulled; 0:
   /// neither.
   T direction = T(0.0);
-  const T* speeds = nullptr;  ///< rad/s (m/s), v of all the arm's joints
+  const T* speeds = nullptr;     ///< rad/s (m/s), v of all the arm's joints
+  const T* positions = nullptr;  ///< rad (m), q of all of them
   int joints = 0;             ///< how many
   T drive = T(0.0);           ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
   T load = T(0.0);            ///< N m or N, that effort without the actuator's damping: what loads the joint
@@ -150,7 +151,9 @@ struct Hooks {
 };
 
 inline constexpr int kMostMemories = 2;  ///< of one component
-inline constexpr int kMostKnots = 128;   ///< of a learned effect
+inline constexpr int kMostKnots = 256;   ///< of one variable of a learned effect
+inline constexpr int kMostBeside = 16;   ///< of its second variable
+inline constexpr int kMostValues = 256;  ///< of a learned effect: the product of both
 
 /// Fills the hooks that component C defines.
 template <class C, class T>

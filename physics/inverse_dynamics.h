@@ -105,13 +105,13 @@ class InverseDynamicsRun {
     const T t(segment_.session + motion_.time[k]);
     if (k == 0) {
       read(0);
-      now_ = {t, T(0.0), v_.data()};
+      now_ = {t, T(0.0), v_.data(), T(0.0), q_.data()};
       if (plant_.states() > 0) plant_.initial_states(q_.data(), v_.data(), u_.data(), z_.data());
       plant_.begin_memories(now_, q_.data(), v_.data(), u_.data(), nullptr, m_.data());
     } else {
       if (plant_.states() > 0) carry_states(k);
       read(k);
-      now_ = {t, T(motion_.time[k] - motion_.time[k - 1]), v_.data()};
+      now_ = {t, T(motion_.time[k] - motion_.time[k - 1]), v_.data(), T(0.0), q_.data()};
     }
     plant_.inverse_dynamics(q_.data(), v_.data(), a_.data(), tau_.data());
     for (std::size_t j = 0; j < n_; ++j)
@@ -131,7 +131,7 @@ class InverseDynamicsRun {
         q_[j] = T(motion_.q[j][k - 1] + share * (motion_.q[j][k] - motion_.q[j][k - 1]));
         v_[j] = T(motion_.v[j][k - 1] + share * (motion_.v[j][k] - motion_.v[j][k - 1]));
       }
-      const Instant<T> at{T(segment_.session + motion_.time[k - 1] + share * dt), T(0.0), v_.data()};
+      const Instant<T> at{T(segment_.session + motion_.time[k - 1] + share * dt), T(0.0), v_.data(), T(0.0), q_.data()};
       for (std::size_t j = 0; j < n_; ++j)
         plant_.effort(static_cast<int>(j), at, q_[j], v_[j], u_[j], z.data(), m_.data(), out.data(), nullptr);
     };

@@ -23,6 +23,7 @@ struct Instant {
   T since = T(0.0);           ///< s, since the start of the step, to which the memories belong
   const T* speeds = nullptr;  ///< rad/s (m/s), v of all joints
   T step = T(0.0);            ///< s, length of that step while its efforts are asked for; 0: none is on
+  const T* positions = nullptr;  ///< rad (m), q of all joints
 };
 
 template <class T, class Dyn>
@@ -277,7 +278,7 @@ class Plant {
   }
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.joints = dof(), s.step = now.step,
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.positions = now.positions, s.joints = dof(), s.step = now.step,
     s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = parameter_at(parts.roles.damping, 0.0), s.stiffness = parameter_at(parts.roles.stiffness, 0.0),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "physics/effects/learned_curve.h"
 #include "physics/effects/table.h"
 #include "physics/units.h"
 #include "scenarios/error.h"
@@ -177,20 +178,55 @@ int PlantModel::count_apart(const EffectSpec& spec) const {
   return out;
 }
 
-/// A curve has no knots, or four and more from one place to a later one.
-void check_knots(const EffectSpec& spec) {
-  const auto given = [&](const char* key, double otherwise) {
-    const auto at = spec.parameters.find(key);
-    return at == spec.parameters.end() ? otherwise : at->second;
-  };
-  const double knots = given("knots", 0.0);
-  if (knots == 0.0) return;
-  if (!(knots >= 4.0) || knots != std::floor(knots))
-    throw InputError(spec.where, fmt::format("{} knots", knots), "a whole number from 4");
-  if (!(given("from", 0.0) < given("to", 1.0)))
-    throw InputError(spec.where, fmt::format("knots from {} to {}", given("from", 0.0), given("to", 1.0)),
-                     "from before to");
+namespace {
+
+double given(const EffectSpec& spec, const std::string& key, double otherwise) {
+  const auto at = spec.parameters.find(key);
+  return at == spec.parameters.end() ? otherwise : at->second;
 }
+
+/// Values that a learned effect has; what cannot be is refused later, with the effect's own place.
+int values_of(const EffectSpec& spec) {
+  const double values = given(spec, "knots", 0.0) * std::max(given(spec, "knots_2", 0.0), 1.0);
+  return static_cast<int>(std::clamp(values, 0.0, 1.0 * kMostValues));
+}
+
+/// A variable has no knots, or so many from one place to a later one; it is a joint's own or another's.
+void check_variable(const EffectSpec& spec, const std::string& suffix, double fewest, int joints) {
+  const double knots = given(spec, "knots" + suffix, 0.0), of = given(spec, "of" + suffix, 0.0);
+  const double over = given(spec, "over" + suffix, 0.0);
+  if (knots == 0.0) return;
+  if (!(knots >= fewest) || knots != std::floor(knots))
+    throw InputError(spec.where, fmt::format("{} knots", knots), fmt::format("a whole number from {}", fewest));
+  if (!(given(spec, "from" + suffix, 0.0) < given(spec, "to" + suffix, 1.0)))
+    throw InputError(
+        spec.where,
+        fmt::format("knots from {} to {}", given(spec, "from" + suffix, 0.0), given(spec, "to" + suffix, 1.0)),
+        "from before to");
+  if (over != std::floor(over)) throw InputError(spec.where, fmt::format("over {}", over), "a whole number");
+  if (of != std::floor(of) || of > joints || (of > 0.0 && over > 1.0))
+    throw InputError(spec.where, fmt::format("of {}", of), "0, or the number of a joint with its position or speed");
+}
+
+/// A learned law of one variable or two.
+void check_knots(const EffectSpec& spec, int joints) {
+  constexpr double kFewestKnots = 4.0, kFewestBeside = 2.0;
+  check_variable(spec, "", kFewestKnots, joints);
+  check_variable(spec, "_2", kFewestBeside, joints);
+  const double values = given(spec, "knots", 0.0) * std::max(given(spec, "knots_2", 0.0), 1.0);
+  if (values > kMostValues)
+    throw InputError(spec.where, fmt::format("{} values", values), fmt::format("at most {}", kMostValues));
+  const double period = given(spec, "period", 0.0), knots = given(spec, "knots", 0.0);
+  const double apart = (given(spec, "to", 1.0) - given(spec, "from", 0.0)) / (knots - 1.0);
+  if (period > 0.0 && !(std::fabs(apart * knots - period) < 1e-6 * period))
+    throw InputError(spec.where, fmt::format("a period of {}", period), "that of the knots, one spacing beyond the last");
+  const bool reading = spec.effect == "learned_reading";
+  const bool own = given(spec, "of", 0.0) == 0.0 && given(spec, "over", 0.0) == 0.0;
+  if (reading && (!own || given(spec, "knots_2", 0.0) > 0.0))
+    throw InputError(spec.where, "another variable", "the joint's own position: learned_reading has no other");
+}
+
+}  // namespace
 
 void PlantModel::add_effect(const EffectSpec& spec) {
   const int type = find_effect(spec.effect);
@@ -204,10 +240,8 @@ void PlantModel::add_effect(const EffectSpec& spec) {
     throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
   }
   const int others = count_apart(spec);
-  const auto knots = spec.parameters.find("knots");
-  const double most = knots == spec.parameters.end() ? 0.0 : std::clamp(knots->second, 0.0, 1.0 * kMostKnots);
   const std::vector<EffectParameter> parameters =
-      effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint, static_cast<int>(most));
+      effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint, values_of(spec));
   check_keys(spec.parameters, parameters, spec.where, spec.effect);
   effects_.push_back({type, info.where == Where::arm ? -1 : *joint, static_cast<int>(parameters_.size()),
                       static_cast<int>(parameters.size()), spec.recordings});
@@ -221,7 +255,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
                            p.info->upper, p.info, p.key, p.joint});
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
-  if (info.learned) check_knots(spec);
+  if (info.learned) check_knots(spec, dof());
   if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);
 }
 

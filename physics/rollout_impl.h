@@ -235,7 +235,7 @@ void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
 
 template <class T, class Dyn>
 Instant<T> Rollout<T, Dyn>::instant(const T& since, const State& x) const {
-  return {session_ + t_ + since, since, x.data() + n_, step_};
+  return {session_ + t_ + since, since, x.data() + n_, step_, x.data()};
 }
 
 /// Carries the memories over `since` seconds, to the present state.

@@ -171,7 +171,7 @@ class TruthRun {
   }
 
   Instant<T> instant(const T& since, const State& x) const {
-    return {T(segment_.session) + t_ + since, since, x.data() + n_};
+    return {T(segment_.session) + t_ + since, since, x.data() + n_, T(0.0), x.data()};
   }
 
   /// Commands in force now, and when the next one of them jumps within the sample interval.

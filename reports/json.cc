@@ -228,17 +228,22 @@ Json unexplained_of(const Unexplained& unexplained) {
 
 Json json_of(const LearnedLaw& law) {
   Json curve = Json::array();
-  for (const LearnedLaw::Point& p : law.curve)
-    curve.push_back({{"at", p.at}, {"value", p.value}, {"lower95", p.lower95}, {"upper95", p.upper95}});
+  Json over = Json::array(), units = Json::array();
+  for (const LearnedLaw::Variable& variable : law.over) over.push_back(variable.name), units.push_back(variable.unit);
+  for (const LearnedLaw::Point& p : law.curve) {
+    const Json at = law.over.size() > 1 ? Json::array({p.at, p.beside}) : Json(p.at);
+    curve.push_back({{"at", at}, {"value", p.value}, {"lower95", p.lower95}, {"upper95", p.upper95}});
+  }
   return {{"where", law.place},
-          {"stage", to_string(Stage::link)},
-          {"over", {law.over}},
+          {"stage", to_string(law.stage)},
+          {"over", over},
           {"unit", law.unit},
-          {"over_unit", law.way_unit},
+          {"over_unit", units.size() == 1 ? units.front() : units},
           {"curve", curve},
           {"events", Json::array()},
           {"period", law.period > 0.0 ? Json(law.period) : Json(nullptr)},
           {"description", law.description},
+          {"tells_more", law.tells_more.empty() ? Json(nullptr) : Json(law.tells_more)},
           {"resembles", {{"law", law.resembles}, {"share", law.share}}},
           {"probability", law.probability},
           {"evidence", law.evidence},

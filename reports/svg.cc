@@ -251,7 +251,7 @@ std::string path_of(const Curve& curve, const PlotFrame& frame) {
     path += (pen_down ? " " : path.empty() ? "M" : " M") + point;
     // A lone point shows as a dot under round caps.
     if (!pen_down) path += " L" + point;
-    pen_down = true;
+    pen_down = !curve.points;
     last = point;
   }
   if (path.empty()) return {};
@@ -288,6 +288,39 @@ Html to_svg(const LinePlot& plot) {
   content += frame.band_edges();
   return {open_svg(plot.width, plot.height, plot.title, plot.description) + legend.markup() + frame.axes() +
           frame.inside(content) + "</svg>\n"};
+}
+
+Html to_svg(const HeatMap& map) {
+  constexpr double kLeftEdge = 76.0, kTop = 8.0, kBelow = 46.0, kRight = 150.0;
+  const std::size_t rows = map.columns == 0 ? 0 : map.values.size() / map.columns;
+  double highest = 0.0;
+  for (const double v : map.values) highest = std::max(highest, std::isfinite(v) ? std::fabs(v) : 0.0);
+  const double right = map.width - kRight, bottom = map.height - kBelow;
+  std::string out = open_svg(map.width, map.height, map.title, map.description);
+  for (std::size_t k = 0; rows > 0 && k < rows * map.columns; ++k) {
+    const double w = (right - kLeftEdge) / static_cast<double>(map.columns), h = (bottom - kTop) / static_cast<double>(rows);
+    const double x = kLeftEdge + w * static_cast<double>(k / rows);
+    const double y = bottom - h * static_cast<double>(k % rows + 1);
+    const double share = std::isfinite(map.values[k]) && highest > 0.0 ? map.values[k] / highest : 0.0;
+    out += box(x, y, w, h, color_of(share < 0.0 ? Ink::before : Ink::after), std::fabs(share));
+  }
+  const auto axis = [](const std::pair<double, double>& range) { return make_axis(range.first, range.second, 6, true); };
+  const Axis1d across = axis(map.x_range), up = axis(map.y_range);
+  for (std::size_t i = 0; i < across.ticks.size(); ++i)
+    out += words(kLeftEdge + (right - kLeftEdge) * (across.ticks[i] - across.low) / (across.high - across.low),
+                 bottom + 16, "middle", across.labels[i]);
+  for (std::size_t i = 0; i < up.ticks.size(); ++i)
+    out += words(kLeftEdge - 8, bottom - (bottom - kTop) * (up.ticks[i] - up.low) / (up.high - up.low) + 4, "end",
+                 up.labels[i]);
+  out += words(0.5 * (kLeftEdge + right), bottom + 36, "middle", axis_title(map.x_label, map.x_unit, across.exponent));
+  out += words(kLeftEdge, kTop + 4, "start", axis_title(map.y_label, map.y_unit, up.exponent));
+  const auto legend = [&](double y, Ink ink, const char* sign) {
+    out += box(right + 14, y, 14, 14, color_of(ink), 1.0);
+    out += words(right + 34, y + 11, "start", fmt::format("{}{:.3g} {}", sign, highest, map.unit));
+  };
+  legend(kTop + 10, Ink::after, "+");
+  legend(kTop + 32, Ink::before, "-");
+  return {out + "</svg>\n"};
 }
 
 Html to_svg(const BarChart& chart) {

@@ -1,4 +1,4 @@
-// Plots as SVG markup to be put into a page: lines over time, and bars with error bars.
+// Plots as SVG markup to be put into a page: lines over time, bars with error bars, and maps over two variables.
 //
 // Colours are the page's CSS variables with a light fallback, everything else follows currentColor: one drawing serves
 // light, dark and paper. Any data will do: empty, constant, of different lengths, not finite, of any size.
@@ -23,6 +23,7 @@ struct Curve {
   Ink ink = Ink::measured;
   double width = 1.4;
   bool dashed = false;
+  bool points = false;  ///< apart, with no line between them
 };
 
 struct LinePlot {
@@ -56,8 +57,19 @@ struct BarChart {
   int width = 960;
 };
 
+/// Values on an even grid: above zero in the one colour, below in the other, the darker the larger.
+struct HeatMap {
+  std::string title, description;
+  std::string x_label, x_unit, y_label, y_unit, unit;
+  std::pair<double, double> x_range, y_range;  ///< of the outermost grid lines
+  std::size_t columns = 0;                     ///< grid lines of x
+  std::vector<double> values;                  ///< those of one x next to each other, y rising
+  int width = 960, height = 320;
+};
+
 Html to_svg(const LinePlot& plot);
 Html to_svg(const BarChart& chart);
+Html to_svg(const HeatMap& map);
 
 /// At most about this many points are drawn a curve.
 inline constexpr std::size_t kMostPoints = 1500;

@@ -10,6 +10,7 @@
 
 #include "scenarios/error.h"
 #include "scenarios/files.h"
+#include "scenarios/learned_entry.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
@@ -263,35 +264,6 @@ void ScenarioParser::note_overlaps() {
   out_.notes.insert(out_.notes.end(), notes.begin(), notes.end());
 }
 
-namespace {
-
-/// A learned law's `over`, `knots` and `values` as the numbers that the plant takes.
-std::map<std::string, double> curve_of(const YamlCursor& entry) {
-  constexpr double kEven = 1e-6;  // of a spacing
-  constexpr std::size_t kFewest = 4, kMost = 128;
-  const YamlCursor over = entry.at("over"), knots = entry.at("knots"), values = entry.at("values");
-  const auto variables = over.items();
-  if (variables.size() != 1) over.fail("one variable, [q] or [v]");
-  const std::string variable = variables.front().text();
-  if (variable != "q" && variable != "v") variables.front().fail("q (the joint's position) or v (its speed)");
-  const auto places = knots.items(), heights = values.items();
-  if (places.size() < kFewest || places.size() > kMost) knots.fail("4 to 128 knots");
-  if (heights.size() != places.size()) values.fail(fmt::format("{} values, one a knot", places.size()));
-  const double from = places.front().number(), to = places.back().number();
-  const double spacing = (to - from) / static_cast<double>(places.size() - 1);
-  if (!(spacing > 0.0)) knots.fail("knots in increasing order");
-  std::map<std::string, double> out{
-      {"over", variable == "q" ? 0.0 : 1.0}, {"from", from}, {"to", to}, {"knots", static_cast<double>(places.size())}};
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    const double even = from + static_cast<double>(k) * spacing;
-    if (std::fabs(places[k].number() - even) > kEven * spacing) places[k].fail("knots at even distances");
-    out[fmt::format("value_{}", k + 1)] = heights[k].number();
-  }
-  return out;
-}
-
-}  // namespace
-
 void ScenarioParser::expect_recording(const std::string& file, const YamlCursor& at) const {
   const bool known = std::any_of(out_.recordings.begin(), out_.recordings.end(),
                                  [&](const RecordingSpec& recording) { return recording.file == file; });
@@ -299,16 +271,16 @@ void ScenarioParser::expect_recording(const std::string& file, const YamlCursor&
 }
 
 EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
-  entry.expect_keys({"effect", "where", "parameters", "recordings", "probability", "over", "knots", "values"});
+  entry.expect_keys({"effect", "where", "parameters", "recordings", "probability", "over", "knots", "values", "period"});
   EffectSpec spec;
   spec.where = entry.where();
   spec.effect = entry.at("effect").text();
-  if (spec.effect == "learned_effort") {
+  if (is_learned(spec.effect)) {
     if (const auto parameters = entry.find("parameters")) parameters->fail("over, knots and values instead");
-    spec.parameters = curve_of(entry);
+    spec.parameters = parse_curve(entry, *out_.robot);
   } else {
-    for (const char* key : {"over", "knots", "values"})
-      if (const auto given = entry.find(key)) given->fail("nothing: only learned_effort takes it");
+    for (const char* key : {"over", "knots", "values", "period"})
+      if (const auto given = entry.find(key)) given->fail("nothing: only learned effects take it");
   }
   const YamlCursor place = entry.at("where");
   spec.place = place.text();
@@ -356,7 +328,7 @@ void ScenarioParser::parse_effects(const YamlCursor& section) {
     const std::string effect = entry.at("effect").text();
     const auto kinds = {Kind::effort, Kind::command, Kind::reading};
     const auto kind = std::ranges::find_if(kinds, [&](Kind k) { return effect == to_string(k); });
-    if (kind != kinds.end() && (*kind != Kind::effort || entry.find("events")))
+    if (kind != kinds.end() && entry.find("events"))
       parse_events(entry, *kind);
     else
       out_.effects.push_back(parse_effect(entry));

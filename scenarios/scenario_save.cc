@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <set>
 #include <system_error>
 
 #include "scenarios/error.h"
 #include "scenarios/files.h"
+#include "scenarios/learned_entry.h"
 #include "scenarios/scenario.h"
 #include "scenarios/scenario_parser.h"
 #include "scenarios/text.h"
@@ -17,32 +16,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Text as a YAML scalar: plain where it cannot be read as anything else.
-std::string scalar(const std::string& text) {
-  static const std::set<std::string> kWords{"null", "Null", "NULL", "true", "false", "yes",
-                                            "no",   "on",   "off",  "y",    "n"};
-  const bool plain = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
-                     kWords.count(text) == 0 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-                       return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
-                     });
-  if (plain) return text;
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') out += '\\';
-    if (byte < 0x20 || byte == 0x7F) {
-      out += fmt::format("\\x{:02x}", byte);
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string number_map(const std::map<std::string, double>& values) {
   std::string out;
   for (const auto& [name, value] : values)
-    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", scalar(name), format_number(value));
+    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", yaml_scalar(name), format_number(value));
   return "{" + out + "}";
 }
 
@@ -93,9 +70,9 @@ class Mover {
 std::string actuators_text(const Scenario& scenario) {
   std::string out;
   for (const ActuatorSpec& spec : scenario.actuators) {
-    out += fmt::format("  {}: {{model: {}", scalar(spec.joint), scalar(spec.model));
+    out += fmt::format("  {}: {{model: {}", yaml_scalar(spec.joint), yaml_scalar(spec.model));
     for (const auto& [name, value] : spec.parameters)
-      out += fmt::format(", {}: {}", scalar(name), format_number(value));
+      out += fmt::format(", {}: {}", yaml_scalar(name), format_number(value));
     out += "}\n";
   }
   return out.empty() ? out : "actuators:\n" + out;
@@ -104,26 +81,26 @@ std::string actuators_text(const Scenario& scenario) {
 std::string identify_text(const Scenario& scenario) {
   std::string out;
   for (const IdentifySpec& spec : scenario.identify)
-    out += fmt::format("  {}: {{{}: [{}, {}]}}\n", scalar(spec.name), spec.relative ? "relative_bounds" : "bounds",
+    out += fmt::format("  {}: {{{}: [{}, {}]}}\n", yaml_scalar(spec.name), spec.relative ? "relative_bounds" : "bounds",
                        format_number(spec.lower), format_number(spec.upper));
   return out.empty() ? out : "identify:\n" + out;
 }
 
 std::string column_text(const ColumnSpec& spec) {
-  if (spec.scale == 1.0 && spec.offset == 0.0 && spec.unit.empty()) return scalar(spec.column);
-  std::string out = "{column: " + scalar(spec.column);
+  if (spec.scale == 1.0 && spec.offset == 0.0 && spec.unit.empty()) return yaml_scalar(spec.column);
+  std::string out = "{column: " + yaml_scalar(spec.column);
   if (spec.scale != 1.0) out += ", scale: " + format_number(spec.scale);
   if (spec.offset != 0.0) out += ", offset: " + format_number(spec.offset);
-  if (!spec.unit.empty()) out += ", unit: " + scalar(spec.unit);
+  if (!spec.unit.empty()) out += ", unit: " + yaml_scalar(spec.unit);
   return out + "}";
 }
 
 std::string channels_text(const Scenario& scenario) {
   std::string out;
-  if (!scenario.channels.time.empty()) out += "  time: " + scalar(scenario.channels.time) + "\n";
+  if (!scenario.channels.time.empty()) out += "  time: " + yaml_scalar(scenario.channels.time) + "\n";
   for (const auto& [kind, joints] : scenario.channels.of) {
     out += fmt::format("  {}:\n", to_string(kind));
-    for (const auto& [joint, spec] : joints) out += fmt::format("    {}: {}\n", scalar(joint), column_text(spec));
+    for (const auto& [joint, spec] : joints) out += fmt::format("    {}: {}\n", yaml_scalar(joint), column_text(spec));
   }
   return out.empty() ? out : "channels:\n" + out;
 }
@@ -138,7 +115,7 @@ std::string noise_text(const Scenario& scenario) {
 std::string recordings_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
   std::string out;
   for (const RecordingSpec& spec : scenario.recordings) {
-    out += fmt::format("  - {{file: {}, role: {}", scalar(moved.at(spec.file)), to_string(spec.role));
+    out += fmt::format("  - {{file: {}, role: {}", yaml_scalar(moved.at(spec.file)), to_string(spec.role));
     if (spec.from) out += ", from: " + format_number(*spec.from);
     if (spec.to) out += ", to: " + format_number(*spec.to);
     out += "}\n";
@@ -146,41 +123,24 @@ std::string recordings_text(const Scenario& scenario, const std::map<std::string
   return out.empty() ? out : "recordings:\n" + out;
 }
 
-/// A learned law as a scenario gives it.
-std::string curve_text(const EffectSpec& spec) {
-  const std::map<std::string, double>& parameters = spec.parameters;
-  const auto knots_of = parameters.find("knots");
-  if (knots_of == parameters.end() || !(knots_of->second >= 4.0))
-    throw WorkError("a learned effort at " + quoted(spec.place) + " without knots cannot be written");
-  const double from = parameters.at("from"), to = parameters.at("to");
-  const int count = static_cast<int>(parameters.at("knots"));
-  std::string knots, values;
-  for (int k = 0; k < count; ++k) {
-    const double at = k + 1 == count ? to : from + k * (to - from) / (count - 1);
-    knots += (k > 0 ? ", " : "") + format_number(at);
-    values += (k > 0 ? ", " : "") + format_number(parameters.at(fmt::format("value_{}", k + 1)));
-  }
-  return fmt::format(", over: [{}], knots: [{}], values: [{}]", parameters.at("over") < 0.5 ? "q" : "v", knots, values);
-}
-
 std::string effects_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
   std::string out;
   for (const EffectSpec& spec : scenario.effects) {
-    out += fmt::format("  - {{effect: {}, where: {}", scalar(spec.effect), scalar(spec.place));
-    if (spec.effect == "learned_effort")
-      out += curve_text(spec);
+    out += fmt::format("  - {{effect: {}, where: {}", yaml_scalar(spec.effect), yaml_scalar(spec.place));
+    if (is_learned(spec.effect))
+      out += curve_text(spec, *scenario.robot);
     else if (!spec.parameters.empty())
       out += ", parameters: " + number_map(spec.parameters);
     std::string files;
     for (const std::string& file : spec.recordings) {
       const auto at = moved.find(file);
-      files += (files.empty() ? "" : ", ") + scalar(at == moved.end() ? file : at->second);
+      files += (files.empty() ? "" : ", ") + yaml_scalar(at == moved.end() ? file : at->second);
     }
     out += files.empty() ? "}\n" : ", recordings: [" + files + "]}\n";
   }
   for (const EventSpec& event : scenario.events)
     out += fmt::format("  - {{effect: {}, where: {}, events: [{{recording: {}, from: {}, to: {}, value: {}{}}}]}}\n",
-                       to_string(event.kind), scalar(event.joint), scalar(moved.at(event.file)),
+                       to_string(event.kind), yaml_scalar(event.joint), yaml_scalar(moved.at(event.file)),
                        format_number(event.from), format_number(event.to), format_number(event.value),
                        event.rise > 0.0 ? ", rise: " + format_number(event.rise) : "");
   return out.empty() ? out : "effects:\n" + out;
@@ -200,7 +160,7 @@ std::string motion_text(const MotionSpec& motion, const std::string& commands) {
   if (motion.duration) out += "  duration: " + format_number(*motion.duration) + "\n";
   if (!motion.position.empty()) out += "  position: " + number_map(motion.position) + "\n";
   if (!motion.velocity.empty()) out += "  velocity: " + number_map(motion.velocity) + "\n";
-  if (!commands.empty()) out += "  commands: " + scalar(commands) + "\n";
+  if (!commands.empty()) out += "  commands: " + yaml_scalar(commands) + "\n";
   if (motion.pickup_mass)
     out += fmt::format("  pickup: {{mass: {}, time: {}}}\n", format_number(*motion.pickup_mass),
                        format_number(motion.pickup_time));
@@ -216,8 +176,8 @@ void save_scenario(const Scenario& scenario, const fs::path& file) {
     if (moved.count(spec.file) == 0) moved[spec.file] = mover.recording(spec.file);
   const Eigen::Vector3d& g = scenario.gravity;
   std::string out =
-      fmt::format("format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [{}, {}, {}]\n", scalar(scenario.name),
-                  scalar(mover.robot()), format_number(g[0]), format_number(g[1]), format_number(g[2]));
+      fmt::format("format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [{}, {}, {}]\n", yaml_scalar(scenario.name),
+                  yaml_scalar(mover.robot()), format_number(g[0]), format_number(g[1]), format_number(g[2]));
   if (scenario.sample_period) out += "sample_period: " + format_number(*scenario.sample_period) + "\n";
   if (scenario.total_mass) out += "total_mass: " + format_number(*scenario.total_mass) + "\n";
   out += actuators_text(scenario) + identify_text(scenario) + channels_text(scenario) + noise_text(scenario) +

@@ -19,7 +19,9 @@
 #include "physics/effects/hysteresis_friction.h"
 #include "physics/effects/input_delay.h"
 #include "physics/effects/joint_compliance.h"
+#include "physics/effects/learned_command.h"
 #include "physics/effects/learned_effort.h"
+#include "physics/effects/learned_reading.h"
 #include "physics/effects/lever_arm_variation.h"
 #include "physics/effects/load_dependent_friction.h"
 #include "physics/effects/payload.h"
@@ -45,10 +47,10 @@ namespace lacuna {
 
 using Effects =
     ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
-                  ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
+                  LearnedCommand, ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
                   StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
                   QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
                   GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
-                  BaseCompliance, SensorScale, SensorOffset, SensorBacklash, SensorDelay, EffortScale, LearnedEffort>;
+                  BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale, LearnedEffort>;
 
 }  // namespace lacuna
