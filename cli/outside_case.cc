@@ -15,8 +15,9 @@ using Range = Travel::Range;
 
 constexpr int kCurvePoints = 60;  // of a label's curve, each way
 constexpr int kSpringDraws = 200;
-constexpr double kBent = 0.15;       // of a spring's curve: the least share that no line takes up
-constexpr double kSlowShare = 0.02;  // of the rms speed: below it friction at a tight spot fades
+constexpr double kSameInstant = 1e-9;  // s
+constexpr double kBent = 0.15;         // of a spring's curve: the least share that no line takes up
+constexpr double kSlowShare = 0.02;    // of the rms speed: below it friction at a tight spot fades
 
 std::vector<double> spread(const Range& range) {
   std::vector<double> out;
@@ -169,7 +170,8 @@ void repeat_samples(const std::vector<OutsidePhysics>& all, const Channel& chann
       continue;
     for (const double from : physics.times[static_cast<std::size_t>(segment.recording)]) {
       for (std::size_t k = 1; k < signal.size(); ++k)
-        if (segment.time(k) >= from && segment.time(k) < from + physics.strength) signal[k] = signal[k - 1];
+        if (segment.time(k) >= from && segment.time(k) < from + physics.strength - kSameInstant)
+          signal[k] = signal[k - 1];
     }
   }
 }
