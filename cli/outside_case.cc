@@ -20,8 +20,8 @@ constexpr double kBent = 0.15;         // of a spring's curve: the least share t
 constexpr double kSlowShare = 0.02;    // of the rms speed: below it friction at a tight spot fades
 
 std::vector<double> spread(const Range& range) {
-  std::vector<double> out;
-  for (int k = 0; k < kCurvePoints; ++k) out.push_back(range.at(k / (kCurvePoints - 1.0)));
+  std::vector<double> out(kCurvePoints);
+  for (int k = 0; k < kCurvePoints; ++k) out[static_cast<std::size_t>(k)] = range.at(k / (kCurvePoints - 1.0));
   return out;
 }
 

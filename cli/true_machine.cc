@@ -75,11 +75,11 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
 
 /// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, mostly in
 /// proportion; where it does not (a stop that is just met), between the nearest factors of too little and too much.
-/// What grows `in_steps` (whole samples) may miss it by up to `kNearestStep`.
+/// What grows `in_steps` (whole samples) comes as near as a step does.
 template <class Left>
 double factor_for(double visibility, const std::string& name, bool in_steps, const Left& left) {
   constexpr int kTries = 16;
-  constexpr double kCloseEnough = 0.05, kMostAtOnce = 8.0, kNearestStep = 2.0;
+  constexpr double kCloseEnough = 0.05, kMostAtOnce = 8.0;
   double factor = 1.0, last_log = 0.0, last_seen = 0.0, slope = 1.0, seen = 0.0, too_little = 0.0, too_much = HUGE_VAL;
   double nearest = 1.0, miss = HUGE_VAL;
   for (int k = 0; k < kTries; ++k) {
@@ -97,7 +97,7 @@ double factor_for(double visibility, const std::string& name, bool in_steps, con
     const bool beyond = !(seen > 0.0) || factor <= too_little || factor >= too_much;
     if (beyond) factor = std::sqrt(too_little * too_much);
   }
-  if (in_steps && miss < std::log(kNearestStep)) return nearest;
+  if (in_steps && std::isfinite(too_much)) return nearest;
   throw WorkError(
       fmt::format("{} cannot be made as visible as {}: {:.3g} is what was reached", name, visibility, seen));
 }
@@ -319,11 +319,13 @@ void TrueMachine::set_strengths() {
   }
   for (OutsidePhysics& physics : outside) {
     const bool in_steps = physics.kind == OutsidePhysics::Kind::repeated_samples;
-    physics.strength *= factor_for(*options_.visibility, to_string(physics.kind), in_steps, [&](double factor) {
+    const double start = physics.strength;
+    const double factor = factor_for(*options_.visibility, to_string(physics.kind), in_steps, [&](double tried) {
       OutsidePhysics scaled = physics;
-      scaled.strength *= factor;
+      set_strength(scaled, tried * start);
       return visibility({}, {scaled}, kRoughTolerance).second;
     });
+    set_strength(physics, factor * start);
   }
 }
 
@@ -357,6 +359,7 @@ void TrueMachine::add_outside(const HiddenEffect& asked, std::size_t index) {
   }
   if (!(physics.strength > 0.0) || !std::isfinite(physics.strength))
     throw InputError(where, format_number(physics.strength), "a strength above 0");
+  set_strength(physics, physics.strength);
   physics.times = drawn_times(index);
   if (physics.kind == OutsidePhysics::Kind::repeated_samples) begin_at_samples(physics.times);
   if (info_of(physics.kind).over != OutsideWay::time) {
@@ -365,6 +368,14 @@ void TrueMachine::add_outside(const HiddenEffect& asked, std::size_t index) {
                               RandomStream(options_.seed, 0, static_cast<std::uint32_t>(index), kForm), where);
   }
   outside.push_back(std::move(physics));
+}
+
+/// Samples repeat as wholes, at least one.
+void TrueMachine::set_strength(OutsidePhysics& physics, double strength) const {
+  physics.strength = strength;
+  const double period = experiment_.sample_period;
+  if (physics.kind == OutsidePhysics::Kind::repeated_samples)
+    physics.strength = period * std::max(1.0, std::round(strength / period));
 }
 
 /// The first sample that a transducer does not take is the one from which it repeats.

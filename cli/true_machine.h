@@ -77,6 +77,7 @@ class TrueMachine {
   void add_outside(const HiddenEffect& asked, std::size_t index);
   double typical_strength(OutsidePhysics::Kind kind, int joint) const;
   std::vector<std::vector<double>> drawn_times(std::size_t index) const;
+  void set_strength(OutsidePhysics& physics, double strength) const;
   void begin_at_samples(std::vector<std::vector<double>>& times) const;
   std::vector<Channels> simulated(std::span<const int> segments, const std::vector<Channel>& channels,
                                   const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others,

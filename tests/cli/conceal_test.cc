@@ -249,6 +249,12 @@ TEST(ConcealOutside, ARepeatedSampleIsTheLastOneAndNoOtherChannelKnows) {
   }
   EXPECT_EQ(repeated, 3 * 15);
   for (const char* other : {"t", "u1", "u2", "q1"}) EXPECT_EQ(held[other], free[other]) << other;
+  // Samples repeat as wholes, and one at least.
+  for (const auto& [asked, seconds] : {std::pair("0.001", 0.02), {"0.049", 0.04}}) {
+    const auto other =
+        arm.label(std::string("held") + asked, {"--effect", std::string("repeated_samples:elbow:") + asked});
+    EXPECT_NEAR(other.at("effects")[0].at("strength").get<double>(), seconds, 1e-9) << asked;
+  }
 }
 
 TEST(ConcealOutside, ACableNeedsTwoJoints) {
