@@ -2,7 +2,8 @@
 //
 // What counts as right is stated here once:
 //  - nothing was hidden: the verdict is `consistent`;
-//  - physics outside the catalogue was hidden (alone or beside others): the verdict is `unknown_physics`;
+//  - physics outside the catalogue was hidden (alone or beside others): the verdict is `unknown_physics`; what was
+//    learned of it is scored apart (blind_laws.h);
 //  - else: the verdict is `missing_physics`, every hidden effect is claimed at its place, and nothing else is. A claim
 //    covers an effect that is the one named or in its class (effects that the data do not tell apart).
 #pragma once
