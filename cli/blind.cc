@@ -142,6 +142,16 @@ std::string summary(const std::vector<BlindCase>& cases, const BlindTotals& t) {
   add("place right", t.location_top1);
   add("class right", t.class_top1);
   add("outside the catalogue, called unknown", t.abstained_correctly);
+  add("  joint of what was learned right", t.laws.place);
+  add("  and the stage", t.laws.stage);
+  add("  and the variables", t.laws.over);
+  if (t.laws.curves > 0)
+    out += fmt::format("  median error of the curve: {} ({} of {} learned)\n", number(t.laws.median_error(), 2),
+                       t.laws.curve_errors.size(), t.laws.curves);
+  add("  events found", t.laws.events);
+  add("  rest at the noise", t.laws.at_noise);
+  add("laws or events learned where nothing was hidden", t.false_laws_null);
+  add("laws or events learned where the catalogue has all", t.false_laws_exact);
   add("claims above 0.9 that are true", t.claims_above_09);
   if (t.several > 0) out += fmt::format("several effects, mean F1: {}\n", number(t.set_f1, 3));
   if (t.shared > 0) out += fmt::format("share of the oracle's held-out gain: {}\n", percent(t.heldout_gain_share));

@@ -92,6 +92,19 @@ std::string salt(std::uint64_t seed) {
   return fmt::format("{:016x}{:016x}", stream.bits64(), stream.bits64());
 }
 
+/// As `learned[]` of a diagnosis has them, so that the two can be held against each other.
+void add_law(const LawRecord& law, Json& effect) {
+  effect["stage"] = law.stage;
+  effect["over"] = law.over;
+  for (const LawRecord::Point& p : law.curve)
+    effect["curve"].push_back({{"at", p.at.size() == 1 ? Json(p.at[0]) : Json(p.at)}, {"value", p.value}});
+  for (const LawRecord::Event& e : law.events)
+    effect["events"].push_back({{"recording", e.recording},
+                                {"from", e.from},
+                                {"to", e.to},
+                                {"value", e.value ? Json(*e.value) : Json(nullptr)}});
+}
+
 Json label_of(const Concealment& made, const ConcealOptions& options, const std::string& name, const Json& hashes) {
   Json effects = Json::array(), truth = Json::object(), noise = Json::object();
   bool partial = false;
@@ -99,6 +112,7 @@ Json label_of(const Concealment& made, const ConcealOptions& options, const std:
     Json one{{"effect", effect.asked.effect}, {"location", effect.asked.place}, {"strength", effect.strength}};
     for (const auto& [parameter, value] : effect.parameters) one["parameters"][parameter] = value;
     if (!effect.asked.recordings.empty()) one["recordings"] = effect.asked.recordings;
+    if (effect.law) add_law(*effect.law, one);
     partial = partial || !effect.asked.recordings.empty();
     effects.push_back(one);
   }

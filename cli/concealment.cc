@@ -71,8 +71,9 @@ std::string csv_name(const std::string& file) {
 }
 
 /// The recording's time and commands as they were, its measured columns as the true machine moved.
-Recording recorded(const Scenario& scenario, const Experiment& experiment, const Segment& segment,
-                   const Channels& moved, const ConcealOptions& options) {
+Recording recorded(const Scenario& scenario, const TrueMachine& machine, const Segment& segment, const Channels& moved,
+                   const ConcealOptions& options) {
+  const Experiment& experiment = machine.experiment();
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(segment.recording)];
   const Recording& data = *spec.data;
   std::map<std::string, std::vector<double>> measured;
@@ -84,6 +85,7 @@ Recording recorded(const Scenario& scenario, const Experiment& experiment, const
     add_noise(values, segment.commands->time, channel.noise, experiment.sample_period, options.noise,
               RandomStream(options.seed, static_cast<std::uint32_t>(segment.recording), static_cast<std::uint32_t>(c),
                            kNoise));
+    repeat_samples(machine.outside, channel, segment, values);
     for (double& value : values) {
       value = (value - column.offset) / column.scale;
       if (options.noise != NoiseKind::quantised) value = written(value, std::fabs(channel.noise / column.scale));
@@ -148,12 +150,21 @@ void check_files(const Scenario& runs, const std::vector<HiddenEffect>& effects)
   }
 }
 
-std::vector<ConcealedEffect> concealed_effects(const TrueMachine& machine, const ConcealOptions& options) {
+std::vector<ConcealedEffect> concealed_effects(const Scenario& runs, const TrueMachine& machine,
+                                               const std::vector<EffectSpec>& effects, const ConcealOptions& options) {
   std::vector<ConcealedEffect> out;
-  for (const Hidden& effect : machine.hidden) out.push_back({effect.asked(), effect.strength(), effect.parameters()});
+  for (const Hidden& effect : machine.hidden)
+    out.push_back({effect.asked(), effect.strength(), effect.parameters(), {}});
+  if (machine.outside.empty()) return out;
+  const Travel travel = machine.travel(effects, machine.outside);
+  std::vector<std::string> files;
+  for (const RecordingSpec& spec : runs.recordings) files.push_back(csv_name(spec.file));
   std::size_t outside = 0;
-  for (const HiddenEffect& asked : options.effects)
-    if (asked.outside) out.push_back({asked, machine.outside[outside++].strength, {}});
+  for (const HiddenEffect& asked : options.effects) {
+    if (!asked.outside) continue;
+    const OutsidePhysics& physics = machine.outside[outside++];
+    out.push_back({asked, physics.strength, {}, law_record(physics, travel, machine.experiment(), files)});
+  }
   return out;
 }
 
@@ -169,7 +180,7 @@ std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, c
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Segment& segment = experiment.segments[i];
     out[static_cast<std::size_t>(segment.recording)] =
-        std::make_shared<const Recording>(recorded(runs, experiment, segment, moved[i], options));
+        std::make_shared<const Recording>(recorded(runs, machine, segment, moved[i], options));
   }
   return out;
 }
@@ -253,7 +264,7 @@ Concealment conceal(const Scenario& scenario, const ConcealOptions& options) {
   std::vector<EffectSpec> effects;
   for (const Hidden& effect : machine.hidden) effects.push_back(effect.spec(1.0));
   Concealment out;
-  out.effects = concealed_effects(machine, options);
+  out.effects = concealed_effects(runs, machine, effects, options);
   std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) =
       machine.visibility(effects, machine.outside, kTruthTolerance);
   out.scenario = handed_over(scenario, runs, machine.experiment(), record_all(runs, machine, effects, options));

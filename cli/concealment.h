@@ -51,6 +51,7 @@ struct ConcealedEffect {
   HiddenEffect asked;
   double strength = 0.0;                                   ///< the leading parameter
   std::vector<std::pair<std::string, double>> parameters;  ///< all of them, catalogue effects only
+  std::optional<LawRecord> law;                            ///< outside the catalogue only: its curve, or what happened
 };
 
 struct Concealment {

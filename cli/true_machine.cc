@@ -21,7 +21,7 @@ constexpr double kWellBeyond = 3.0;       // the least that makes an effect what
 constexpr double kRoughTolerance = 1e-6;  // of the truth's steps while a strength is sought
 
 /// Uses of random draws: each has streams of its own, other than the recordings' noise.
-enum Purpose : std::uint32_t { kPerturb = 41, kWhen = 43 };
+enum Purpose : std::uint32_t { kPerturb = 41, kWhen = 43, kForm = 45 };
 
 void set_noise(Experiment& experiment) {
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
@@ -75,15 +75,18 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
 
 /// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, mostly in
 /// proportion; where it does not (a stop that is just met), between the nearest factors of too little and too much.
+/// What grows `in_steps` (whole samples) comes as near as a step does.
 template <class Left>
-double factor_for(double visibility, const std::string& name, const Left& left) {
+double factor_for(double visibility, const std::string& name, bool in_steps, const Left& left) {
   constexpr int kTries = 16;
   constexpr double kCloseEnough = 0.05, kMostAtOnce = 8.0;
   double factor = 1.0, last_log = 0.0, last_seen = 0.0, slope = 1.0, seen = 0.0, too_little = 0.0, too_much = HUGE_VAL;
+  double nearest = 1.0, miss = HUGE_VAL;
   for (int k = 0; k < kTries; ++k) {
     seen = left(factor);
     if (std::fabs(seen / visibility - 1.0) < kCloseEnough) return factor;
     if (!std::isfinite(seen) || (!(seen > 0.0) && !std::isfinite(too_much))) break;
+    if (std::fabs(std::log(seen / visibility)) < miss) miss = std::fabs(std::log(seen / visibility)), nearest = factor;
     (seen < visibility ? too_little : too_much) = factor;
     const double at = std::log(factor);
     if (k > 0 && seen > 0.0 && last_seen > 0.0 && std::fabs(at - last_log) > 1e-9)
@@ -94,6 +97,7 @@ double factor_for(double visibility, const std::string& name, const Left& left) 
     const bool beyond = !(seen > 0.0) || factor <= too_little || factor >= too_much;
     if (beyond) factor = std::sqrt(too_little * too_much);
   }
+  if (in_steps && std::isfinite(too_much)) return nearest;
   throw WorkError(
       fmt::format("{} cannot be made as visible as {}: {:.3g} is what was reached", name, visibility, seen));
 }
@@ -204,6 +208,14 @@ std::vector<TrueMachine::Channels> TrueMachine::motion(std::span<const int> segm
                                                        const std::vector<EffectSpec>& effects,
                                                        const std::vector<OutsidePhysics>& others,
                                                        double tolerance) const {
+  return simulated(segments, experiment_.channels, effects, others, tolerance);
+}
+
+std::vector<TrueMachine::Channels> TrueMachine::simulated(std::span<const int> segments,
+                                                          const std::vector<Channel>& channels,
+                                                          const std::vector<EffectSpec>& effects,
+                                                          const std::vector<OutsidePhysics>& others,
+                                                          double tolerance) const {
   const PlantModel model = plain_.with_effects(effects);
   std::vector<double> values = model.values();
   std::copy(values_.begin(), values_.end(), values.begin());
@@ -214,19 +226,51 @@ std::vector<TrueMachine::Channels> TrueMachine::motion(std::span<const int> segm
       [&](int, int piece) {
         const std::size_t i = static_cast<std::size_t>(piece);
         const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments[i])];
-        out[i] = simulate_truth(model, segment, experiment_.channels, model.values_in(segment.file, values), truth);
+        out[i] = simulate_truth(model, segment, channels, model.values_in(segment.file, values), truth);
       },
       options_.stop);
+  return out;
+}
+
+Travel TrueMachine::travel(const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others) const {
+  const std::size_t n = static_cast<std::size_t>(plain_.dof());
+  std::vector<Channel> channels;
+  for (std::size_t k = 0; k < 2 * n; ++k) {
+    channels.emplace_back();
+    channels.back().kind = k < n ? ChannelKind::position : ChannelKind::velocity;
+    channels.back().joint = static_cast<int>(k % n);
+  }
+  const auto moved = simulated(train_, channels, effects, others, kRoughTolerance);
+  const auto range = [](const std::vector<double>& x) {
+    const auto [low, high] = std::minmax_element(x.begin(), x.end());
+    return Travel::Range{*low, *high};
+  };
+  Travel out;
+  for (std::size_t j = 0; j < n; ++j) {
+    std::vector<double> position, speed, command;
+    for (std::size_t i = 0; i < train_.size(); ++i) {
+      const Segment& segment = experiment_.segments[static_cast<std::size_t>(train_[i])];
+      const auto told = segment.commands->value[j].begin() + static_cast<std::ptrdiff_t>(segment.first);
+      position.insert(position.end(), moved[i][j].begin(), moved[i][j].end());
+      speed.insert(speed.end(), moved[i][n + j].begin(), moved[i][n + j].end());
+      command.insert(command.end(), told, told + static_cast<std::ptrdiff_t>(segment.count));
+    }
+    out.position.push_back(range(position));
+    out.command.push_back(range(command));
+    out.speed_rms.push_back(root_mean_square(speed));
+  }
   return out;
 }
 
 std::pair<double, double> TrueMachine::visibility(const std::vector<EffectSpec>& effects,
                                                   const std::vector<OutsidePhysics>& others, double tolerance,
                                                   const std::vector<EffectSpec>& besides) const {
-  const std::vector<Channels> moved = motion(train_, effects, others, tolerance);
+  std::vector<Channels> moved = motion(train_, effects, others, tolerance);
   Experiment seen = experiment_;
   for (std::size_t i = 0; i < train_.size(); ++i) {
     Segment& segment = seen.segments[static_cast<std::size_t>(train_[i])];
+    for (std::size_t c = 0; c < seen.channels.size(); ++c)
+      repeat_samples(others, seen.channels[c], segment, moved[i][c]);
     segment.measured = moved[i];
     for (std::size_t c = 0; c < seen.channels.size(); ++c) {
       const std::size_t j = static_cast<std::size_t>(seen.channels[c].joint);
@@ -269,41 +313,78 @@ void TrueMachine::set_strengths() {
     // A spring is hidden only if it shows, and not merely the inertia behind it: nobody could name it by that.
     std::vector<EffectSpec> besides;
     if (effect.contains() != nullptr) besides.push_back({effect.contains(), effect.asked().place, {}, {}, "--effect"});
-    effect.scale(factor_for(*options_.visibility, name, [&](double factor) {
+    effect.scale(factor_for(*options_.visibility, name, false, [&](double factor) {
       return visibility({effect.spec(factor)}, {}, kRoughTolerance, besides).second;
     }));
   }
   for (OutsidePhysics& physics : outside) {
-    physics.strength *= factor_for(*options_.visibility, to_string(physics.kind), [&](double factor) {
+    const bool in_steps = physics.kind == OutsidePhysics::Kind::repeated_samples;
+    const double start = physics.strength;
+    const double factor = factor_for(*options_.visibility, to_string(physics.kind), in_steps, [&](double tried) {
       OutsidePhysics scaled = physics;
-      scaled.strength *= factor;
+      set_strength(scaled, tried * start);
       return visibility({}, {scaled}, kRoughTolerance).second;
     });
+    set_strength(physics, factor * start);
   }
 }
 
 void TrueMachine::add(const HiddenEffect& asked, std::size_t index) {
-  if (!asked.outside) {
+  if (asked.outside) {
+    add_outside(asked, index);
+  } else {
     hidden.emplace_back(asked, plain_, experiment_, values_);
-    return;
   }
+}
+
+/// N m (N), the command's unit, or s: enough to be seen, and what a visibility is scaled from.
+double TrueMachine::typical_strength(OutsidePhysics::Kind kind, int joint) const {
+  const OutsideInfo& info = info_of(kind);
+  if (info.over == OutsideWay::time && info.stage != Stage::link) return 0.3;
+  const Scale scale = info.over == OutsideWay::command ? Scale::command : Scale::effort;
+  return 0.2 * typical_size(scale, plain_, experiment_, joint, values_);
+}
+
+void TrueMachine::add_outside(const HiddenEffect& asked, std::size_t index) {
   const std::string where = "--effect " + printable(asked.effect + ":" + asked.place, 80);
   const auto joint = scenario_.robot->find_joint(asked.place);
   if (!joint) throw InputError(where, "the place " + quoted(asked.place), "a joint");
   if (!asked.recordings.empty())
     throw InputError("--recordings", "with " + asked.effect,
                      "an effect that may act in some recordings only, as payload");
-  const bool drops = *asked.outside == OutsidePhysics::Kind::command_dropout;
-  const double effort = typical_size(Scale::effort, plain_, experiment_, *joint, values_);
-  OutsidePhysics physics{*asked.outside, *joint, drops ? 0.3 : 0.2 * effort, {}};
+  OutsidePhysics physics{*asked.outside, *joint, typical_strength(*asked.outside, *joint)};
   for (const auto& [name, value] : asked.given) {
     if (!name.empty() && name != "strength") throw InputError(where, "the parameter " + quoted(name), "strength");
     physics.strength = value;
   }
   if (!(physics.strength > 0.0) || !std::isfinite(physics.strength))
     throw InputError(where, format_number(physics.strength), "a strength above 0");
+  set_strength(physics, physics.strength);
   physics.times = drawn_times(index);
+  if (physics.kind == OutsidePhysics::Kind::repeated_samples) begin_at_samples(physics.times);
+  if (info_of(physics.kind).over != OutsideWay::time) {
+    if (!plain_travel_) plain_travel_ = travel({}, {});
+    physics.form = drawn_form(physics, *plain_travel_, *scenario_.robot,
+                              RandomStream(options_.seed, 0, static_cast<std::uint32_t>(index), kForm), where);
+  }
   outside.push_back(std::move(physics));
+}
+
+/// Samples repeat as wholes, at least one.
+void TrueMachine::set_strength(OutsidePhysics& physics, double strength) const {
+  physics.strength = strength;
+  const double period = experiment_.sample_period;
+  if (physics.kind == OutsidePhysics::Kind::repeated_samples)
+    physics.strength = period * std::max(1.0, std::round(strength / period));
+}
+
+/// The first sample that a transducer does not take is the one from which it repeats.
+void TrueMachine::begin_at_samples(std::vector<std::vector<double>>& times) const {
+  for (const Segment& segment : experiment_.segments) {
+    const std::vector<double>& clock = segment.commands->time;
+    for (double& from : times[static_cast<std::size_t>(segment.recording)])
+      from = *std::lower_bound(clock.begin(), clock.end() - 1, from);
+  }
 }
 
 /// Three instants a recording, one in each third.

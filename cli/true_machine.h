@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/concealment.h"
+#include "cli/outside_case.h"
 #include "ga/search_space.h"
 #include "physics/experiment.h"
 
@@ -58,9 +59,11 @@ class TrueMachine {
   const PlantModel& plain() const { return plain_; }
   const std::vector<double>& values() const { return values_; }
 
-  /// [segment][channel][sample], noise-free.
+  /// [segment][channel][sample], noise-free; repeated samples not yet repeated.
   std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
                                const std::vector<OutsidePhysics>& others, double tolerance) const;
+  /// Where it goes in the train recordings with these.
+  Travel travel(const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others) const;
   /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted,
   /// together with `besides` where given.
   std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
@@ -71,7 +74,14 @@ class TrueMachine {
 
  private:
   void add(const HiddenEffect& asked, std::size_t index);
+  void add_outside(const HiddenEffect& asked, std::size_t index);
+  double typical_strength(OutsidePhysics::Kind kind, int joint) const;
   std::vector<std::vector<double>> drawn_times(std::size_t index) const;
+  void set_strength(OutsidePhysics& physics, double strength) const;
+  void begin_at_samples(std::vector<std::vector<double>>& times) const;
+  std::vector<Channels> simulated(std::span<const int> segments, const std::vector<Channel>& channels,
+                                  const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others,
+                                  double tolerance) const;
 
   const Scenario& scenario_;
   const ConcealOptions& options_;
@@ -80,6 +90,7 @@ class TrueMachine {
   SearchSpace space_;
   std::vector<double> values_;
   std::vector<int> train_;
+  std::optional<Travel> plain_travel_;  ///< once a form was drawn within it
 };
 
 }  // namespace lacuna

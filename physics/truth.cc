@@ -17,9 +17,7 @@
 namespace lacuna {
 namespace {
 
-constexpr double kRipples = 24.0;   // of position_ripple, per radian
-constexpr double kPushLasts = 0.4;  // s
-constexpr int kDecisions = 4;       // rounds of stick/slide decisions at one instant
+constexpr int kDecisions = 4;  // rounds of stick/slide decisions at one instant
 
 /// What a run is carried by: a scalar type, a dynamics over it, and a pair of methods with step control.
 struct OnAnyEngine {
@@ -47,14 +45,6 @@ struct InExtendedPrecision {
 
   static Dyn dynamics(const PlantModel& model, const TruthOptions&) { return Tree<long double>(*model.moving_robot()); }
 };
-
-struct OutsideName {
-  OutsidePhysics::Kind kind;
-  const char* name;
-};
-constexpr OutsideName kOutside[] = {{OutsidePhysics::Kind::position_ripple, "position_ripple"},
-                                    {OutsidePhysics::Kind::external_push, "external_push"},
-                                    {OutsidePhysics::Kind::command_dropout, "command_dropout"}};
 
 template <class By>
 class TruthRun {
@@ -129,8 +119,8 @@ class TruthRun {
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
       const T given =
-          outside_effort(joint, x[j]) + plant_.effort(joint, instant(T(0.0), x), x[j], T(0.0), u_[j], x.data() + 2 * n_,
-                                                      memory_.data(), rates.data() + 2 * n_, nullptr);
+          outside_effort(j, x) + plant_.effort(joint, instant(T(0.0), x), x[j], T(0.0), u_[j], x.data() + 2 * n_,
+                                               memory_.data(), rates.data() + 2 * n_, nullptr);
       out(static_cast<Eigen::Index>(j)) = static_cast<double>(holding[j] - given);
     }
     for (std::size_t k = 2 * n_; k < x.size(); ++k)
@@ -184,8 +174,16 @@ class TruthRun {
       const std::size_t i = after == time.begin() ? 0 : static_cast<std::size_t>(after - time.begin()) - 1;
       u_[j] = T(segment_.commands->value[j][i]);
       if (after != time.end()) next_jump_ = std::min(next_jump_, T(*after) + late);
+      notch_command(j);
       drop_command(j);
     }
+  }
+
+  void notch_command(std::size_t j) {
+    const T told = u_[j];
+    for (const OutsidePhysics& outside : options_.outside)
+      if (outside.kind == OutsidePhysics::Kind::valve_notch && outside.joint == static_cast<int>(j))
+        u_[j] += outside_law(outside, told);
   }
 
   void drop_command(std::size_t j) {
@@ -204,16 +202,27 @@ class TruthRun {
     return recording < outside.times.size() ? outside.times[recording] : std::vector<double>{};
   }
 
-  T outside_effort(int joint, const T& q, const T& since = T(0.0)) const {
-    T sum(segment_.pushes ? (*segment_.pushes)[static_cast<std::size_t>(joint)][interval_] : 0.0);
+  T outside_effort(std::size_t j, const State& x, const T& since = T(0.0)) const {
+    T sum(segment_.pushes ? (*segment_.pushes)[j][interval_] : 0.0);
     for (const OutsidePhysics& outside : options_.outside) {
-      if (outside.joint != joint) continue;
-      if (outside.kind == OutsidePhysics::Kind::position_ripple) sum += outside.strength * std::sin(kRipples * q);
-      if (outside.kind != OutsidePhysics::Kind::external_push) continue;
-      for (const double from : times_of(outside)) {
-        const T phase = (t_ + since - from) / kPushLasts;
-        if (phase > 0.0 && phase < 1.0) sum += outside.strength * std::sin(std::numbers::pi_v<T> * phase);
-      }
+      if (outside.joint != static_cast<int>(j) || info_of(outside.kind).stage != Stage::link) continue;
+      const OutsideWay over = info_of(outside.kind).over;
+      if (over == OutsideWay::time) sum += push(outside, since);
+      if (over == OutsideWay::position) sum += outside_law(outside, x[j]);
+      // Smooth about rest: the error estimate sees all of it, and there is no event to bisect.
+      if (over == OutsideWay::position_and_direction)
+        sum += outside_law(outside, x[j], T(std::tanh(x[n_ + j] / outside.form.slow)));
+      if (over == OutsideWay::other_position)
+        sum += outside_law(outside, x[static_cast<std::size_t>(outside.form.other)]);
+    }
+    return sum;
+  }
+
+  T push(const OutsidePhysics& outside, const T& since) const {
+    T sum(0.0);
+    for (const double from : times_of(outside)) {
+      const T phase = (t_ + since - from) / kPushLasts;
+      if (phase > 0.0 && phase < 1.0) sum += outside.strength * std::sin(std::numbers::pi_v<T> * phase);
     }
     return sum;
   }
@@ -226,7 +235,7 @@ class TruthRun {
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
       dx[j] = v[j];
-      tau_[j] = outside_effort(joint, q[j], since) +
+      tau_[j] = outside_effort(j, x, since) +
                 plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
       if (!dry_[j] || direction_[j] == 0.0) continue;
       const T speed = std::max(v[j] * direction_[j], T(0.0));
@@ -417,24 +426,6 @@ class TruthRun {
 };
 
 }  // namespace
-
-std::optional<OutsidePhysics::Kind> outside_physics_named(const std::string& name) {
-  for (const OutsideName& known : kOutside)
-    if (name == known.name) return known.kind;
-  return std::nullopt;
-}
-
-const char* to_string(OutsidePhysics::Kind kind) {
-  for (const OutsideName& known : kOutside)
-    if (known.kind == kind) return known.name;
-  return "";
-}
-
-std::vector<std::string> outside_physics_names() {
-  std::vector<std::string> out;
-  for (const OutsideName& known : kOutside) out.emplace_back(known.name);
-  return out;
-}
 
 std::vector<std::vector<double>> simulate_truth(const PlantModel& model, const Segment& segment,
                                                 const std::vector<Channel>& channels, std::span<const double> values,

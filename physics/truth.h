@@ -3,38 +3,20 @@
 // Identification runs Kutta's fourth-order steps of fixed length (rollout.h). Here it is the Dormand-Prince pair of
 // orders 5 and 4 with step control (Boost.odeint), on any engine's accelerations, and dry friction is an event that is
 // bisected. The equations of actuators and effects are the catalogue's own, written once; what differs is everything
-// that carries them through time. Physics that the catalogue does not have can be added here, and only here. The same
-// code in extended precision under a method of eighth order is the referee of `lacuna compare`.
+// that carries them through time. Physics that the catalogue does not have (outside.h) can be added here, and only
+// here. The same code in extended precision under a method of eighth order is the referee of `lacuna compare`.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "physics/executor.h"
 #include "physics/experiment.h"
+#include "physics/outside.h"
 #include "physics/plant_model.h"
 
 namespace lacuna {
-
-/// Physics outside the catalogue, at one joint, for cases in which naming nothing is right.
-struct OutsidePhysics {
-  enum class Kind {
-    position_ripple,  ///< effort += strength sin(24 q), N m (N): cogging
-    external_push,    ///< effort += strength, as half sines of 0.4 s: somebody leans on the link
-    command_dropout   ///< the command is 0 for `strength` seconds
-  };
-  Kind kind = Kind::position_ripple;
-  int joint = 0;
-  double strength = 0.0;
-  /// s from the start, per recording of the scenario: when pushes and dropouts begin.
-  std::vector<std::vector<double>> times;
-};
-/// Names as in labels ("position_ripple"); empty for a name that is none of them.
-std::optional<OutsidePhysics::Kind> outside_physics_named(const std::string& name);
-const char* to_string(OutsidePhysics::Kind kind);
-std::vector<std::string> outside_physics_names();
 
 /// What a simulation took.
 struct TruthEffort {
@@ -50,8 +32,8 @@ struct TruthOptions {
   /// Featherstone's equations in `long double` under Fehlberg's pair of orders 8 and 7 instead of `engine`: a
   /// reference. The robot's and the plant's numbers stay the doubles that they are.
   bool extended_precision = false;
-  std::vector<OutsidePhysics> outside;
-  TruthEffort* effort = nullptr;  ///< filled where not null
+  std::vector<OutsidePhysics> outside;  ///< but for repeated samples, which recordings have and motions do not
+  TruthEffort* effort = nullptr;        ///< filled where not null
   const StopFlag* stop = nullptr;
 };
 

@@ -8,15 +8,17 @@
 #include "physics/catalogue.h"
 #include "reports/wording.h"
 #include "scenarios/error.h"
+#include "study/statistics.h"
 
 namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostEffects = 100;  // of a label or a diagnosis
-constexpr double kLeastEnergy = 0.02;      // of the noise': below it there is no gain to have a share of
-constexpr double kClaimed = 0.9;           // probability from which on a claim is held to 97 %
+constexpr std::size_t kMostEffects = 100;    // of a label or a diagnosis
+constexpr std::size_t kMostPoints = 100000;  // of a curve, or events
+constexpr double kLeastEnergy = 0.02;        // of the noise': below it there is no gain to have a share of
+constexpr double kClaimed = 0.9;             // probability from which on a claim is held to 97 %
 constexpr double kCalibrationEdges[] = {0.0, 0.5, 0.7, 0.9, 0.97, 1.0 + 1e-9};
 constexpr double kStrengthEdges[] = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 1e300};
 
@@ -46,10 +48,51 @@ double number_in(const Json& object, const char* key) {
   return object.is_object() && at != object.end() && at->is_number() ? at->get<double>() : std::nan("");
 }
 
-Json list_in(const Json& object, const char* key, const std::string& shown) {
-  if (!object.contains(key) || !object[key].is_array() || object[key].size() > kMostEffects)
-    refuse(shown, std::string("no list under ") + key, "a list of at most " + std::to_string(kMostEffects));
+Json list_in(const Json& object, const char* key, const std::string& shown, std::size_t most = kMostEffects) {
+  if (!object.is_object() || !object.contains(key) || !object[key].is_array() || object[key].size() > most)
+    refuse(shown, std::string("no list under ") + key, "a list of at most " + std::to_string(most));
   return object[key];
+}
+
+double finite_in(const Json& object, const char* key, const std::string& shown) {
+  const double out = number_in(object, key);
+  if (!std::isfinite(out)) refuse(shown, std::string("no number under ") + key, "a number");
+  return out;
+}
+
+/// `at` is a number, or a list of one for each variable.
+LawRecord::Point point_of(const Json& entry, std::size_t variables, const std::string& shown) {
+  LawRecord::Point out;
+  out.value = finite_in(entry, "value", shown);
+  if (entry.contains("at") && entry["at"].is_array()) {
+    for (const Json& x : entry["at"]) out.at.push_back(x.is_number() ? x.get<double>() : std::nan(""));
+  } else {
+    out.at.push_back(number_in(entry, "at"));
+  }
+  const bool finite = std::all_of(out.at.begin(), out.at.end(), [](double x) { return std::isfinite(x); });
+  if (!finite || out.at.size() != variables)
+    refuse(shown, "a curve's point without its place under at", std::to_string(variables) + " number(s)");
+  return out;
+}
+
+/// Of a label's effect or of an entry under `learned`; curve and events may be left out.
+LawRecord law_of(const Json& entry, const std::string& shown) {
+  LawRecord out;
+  out.stage = text_in(entry, "stage", shown);
+  for (const Json& variable : list_in(entry, "over", shown)) {
+    if (!variable.is_string()) refuse(shown, "no text in the list under over", "names of variables");
+    out.over.push_back(variable.get<std::string>());
+  }
+  if (out.over.empty() || out.over.size() > 2)
+    refuse(shown, std::to_string(out.over.size()) + " variables under over", "one or two");
+  if (entry.contains("curve"))
+    for (const Json& point : list_in(entry, "curve", shown, kMostPoints))
+      out.curve.push_back(point_of(point, out.over.size(), shown));
+  if (entry.contains("events"))
+    for (const Json& event : list_in(entry, "events", shown, kMostPoints))
+      out.events.push_back(
+          {text_in(event, "recording", shown), finite_in(event, "from", shown), finite_in(event, "to", shown), {}});
+  return out;
 }
 
 JointRms rms_under(const Json& object) {
@@ -91,10 +134,9 @@ std::vector<BlindVerdict::Tried> first_round_of(const Json& record) {
   return out;
 }
 
-bool is_outside(const BlindLabel& label) {
-  return std::any_of(label.effects.begin(), label.effects.end(),
-                     [](const auto& hidden) { return find_effect(hidden.effect) < 0; });
-}
+bool is_foreign(const BlindLabel::Effect& hidden) { return find_effect(hidden.effect) < 0; }
+
+bool is_outside(const BlindLabel& label) { return std::any_of(label.effects.begin(), label.effects.end(), is_foreign); }
 
 bool covers(const BlindVerdict::Claim& claim, const BlindLabel::Effect& hidden) {
   const bool member = std::find(claim.members.begin(), claim.members.end(), hidden.effect) != claim.members.end();
@@ -177,6 +219,38 @@ std::string said(const BlindCase& one) {
   return claim.effect + (single && claim.place != one.label->effects.front().place ? ", elsewhere" : "");
 }
 
+void add_law(const BlindLabel::Effect& hidden, const LawScore& law, const CaseScore& score, bool verdict,
+             LawTotals& out) {
+  out.unknown.add(score.correct);
+  out.place.add(law.place);
+  if (!verdict || std::isfinite(score.rest_over_noise)) out.at_noise.add(verdict && score.rest_over_noise <= kAtNoise);
+  if (!hidden.law) return;
+  out.stage.add(law.stage);
+  out.over.add(law.over);
+  out.curves += !hidden.law->curve.empty();
+  if (std::isfinite(law.curve_error)) out.curve_errors.push_back(law.curve_error);
+  for (int k = 0; k < law.events; ++k) out.events.add(k < law.found);
+}
+
+void add_laws(const BlindCase& one, const CaseScore& score, BlindTotals& out) {
+  const bool verdict = one.verdict.has_value(), learned = verdict && !one.verdict->learned.empty();
+  if (score.kind == CaseKind::null) out.false_laws_null.add(learned);
+  if (score.kind == CaseKind::single || score.kind == CaseKind::several) out.false_laws_exact.add(learned);
+  if (score.kind != CaseKind::outside) return;
+  std::size_t k = 0;
+  int found = 0, claimed = 0;
+  for (const BlindLabel::Effect& hidden : one.label->effects) {
+    if (!is_foreign(hidden)) continue;
+    const LawScore& law = score.laws[k++];
+    found += law.found;
+    add_law(hidden, law, score, verdict, out.laws);
+    add_law(hidden, law, score, verdict, out.laws_of[hidden.effect]);
+  }
+  for (std::size_t i = 0; learned && i < one.verdict->learned.size(); ++i)
+    claimed += static_cast<int>(one.verdict->learned[i].law.events.size());
+  for (int i = 0; i < claimed; ++i) out.events_true.add(i < found);
+}
+
 void add_case(const BlindCase& one, BlindTotals& out) {
   const CaseScore score = score_case(one);
   const bool verdict = one.verdict.has_value();
@@ -208,9 +282,9 @@ void add_case(const BlindCase& one, BlindTotals& out) {
     }
   }
   add_baselines(one, score.kind, out.baselines);
+  add_laws(one, score, out);
   if (score.kind == CaseKind::several) return;
-  const auto foreign = std::find_if(one.label->effects.begin(), one.label->effects.end(),
-                                    [](const auto& hidden) { return find_effect(hidden.effect) < 0; });
+  const auto foreign = std::find_if(one.label->effects.begin(), one.label->effects.end(), is_foreign);
   const std::string hidden = score.kind == CaseKind::null      ? "nothing"
                              : score.kind == CaseKind::outside ? foreign->effect
                                                                : one.label->effects.front().effect;
@@ -222,9 +296,11 @@ void add_case(const BlindCase& one, BlindTotals& out) {
 BlindLabel read_label(std::string_view json, const std::string& shown) {
   const Json record = parse(json, shown, "a label");
   BlindLabel out;
-  for (const Json& entry : list_in(record, "effects", shown))
+  for (const Json& entry : list_in(record, "effects", shown)) {
     out.effects.push_back(
         {text_in(entry, "effect", shown), text_in(entry, "location", shown), number_in(entry, "strength")});
+    if (entry.contains("stage")) out.effects.back().law = law_of(entry, shown);
+  }
   out.left_rms_over_noise = number_in(record, "left_rms_over_noise");
   return out;
 }
@@ -235,6 +311,9 @@ BlindVerdict read_verdict(std::string_view json, const std::string& shown) {
   BlindVerdict out;
   out.verdict = text_in(record, "verdict", shown);
   for (const Json& finding : list_in(record, "findings", shown)) out.claims.push_back(claim_of(finding, shown));
+  if (record.contains("learned"))
+    for (const Json& entry : list_in(record, "learned", shown))
+      out.learned.push_back({text_in(entry, "where", shown), law_of(entry, shown)});
   out.first_round = first_round_of(record);
   const Json fit = record.value("fit", Json::object());
   out.noise = fit.is_object() ? rms_under(fit.value("noise", Json::object())) : JointRms{};
@@ -270,9 +349,14 @@ const char* to_string(CaseKind kind) {
 CaseScore score_case(const BlindCase& one) {
   CaseScore out;
   out.kind = kind_of(*one.label);
-  out.gain_share = std::nan("");
+  out.gain_share = out.rest_over_noise = std::nan("");
+  for (const BlindLabel::Effect& hidden : one.label->effects)
+    if (is_foreign(hidden))
+      out.laws.push_back(score_law(hidden.place, hidden.law ? &*hidden.law : nullptr,
+                                   one.verdict ? one.verdict->learned : std::vector<LearnedRecord>{}));
   if (!one.verdict) return out;
   const BlindVerdict& verdict = *one.verdict;
+  out.rest_over_noise = over_noise(verdict.after, verdict.noise);
   out.claim_true = true_claims(verdict, *one.label);
   out.gain_share = gain_share(verdict);
   const auto hits = std::count(out.claim_true.begin(), out.claim_true.end(), true);
@@ -302,6 +386,8 @@ std::pair<double, double> Rate::ci95() const {
   return {hits == 0 ? 0.0 : Binomial::find_lower_bound_on_p(of, hits, kEachSide),
           hits == of ? 1.0 : Binomial::find_upper_bound_on_p(of, hits, kEachSide)};
 }
+
+double LawTotals::median_error() const { return quartiles_of(curve_errors).median; }
 
 BlindTotals total(const std::vector<BlindCase>& cases) {
   BlindTotals out;

@@ -2,7 +2,8 @@
 //
 // What counts as right is stated here once:
 //  - nothing was hidden: the verdict is `consistent`;
-//  - physics outside the catalogue was hidden (alone or beside others): the verdict is `unknown_physics`;
+//  - physics outside the catalogue was hidden (alone or beside others): the verdict is `unknown_physics`; what was
+//    learned of it is scored apart (blind_laws.h);
 //  - else: the verdict is `missing_physics`, every hidden effect is claimed at its place, and nothing else is. A claim
 //    covers an effect that is the one named or in its class (effects that the data do not tell apart).
 #pragma once
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "diagnosis/diagnosis.h"
+#include "reports/blind_laws.h"
 #include "reports/context.h"
 
 namespace lacuna {
@@ -24,6 +26,7 @@ struct BlindLabel {
   struct Effect {
     std::string effect, place;
     double strength = 0.0;
+    std::optional<LawRecord> law = {};  ///< outside the catalogue only; labels of earlier versions have none
   };
   std::vector<Effect> effects;
   double left_rms_over_noise = 0.0;  ///< what a plain refit leaves; NaN where the label does not say
@@ -44,7 +47,8 @@ struct BlindVerdict {
     int parameters = 0;
   };
   std::string verdict;
-  std::vector<Claim> claims;             ///< in the diagnosis' order
+  std::vector<Claim> claims;  ///< in the diagnosis' order
+  std::vector<LearnedRecord> learned;
   std::vector<Tried> first_round;        ///< everything that was tried on the plain model
   JointRms noise, train, before, after;  ///< train: plain model on train; before, after: on test, else validate
   double effective_samples = 0.0, seconds = 0.0;
@@ -74,7 +78,10 @@ struct CaseScore {
   double f1 = 0.0;          ///< of claims against hidden effects, by class
   double gain_share = 0.0;  ///< of the oracle's gain on held-out recordings; NaN where there is none to have
   std::vector<bool> claim_true;
+  std::vector<LawScore> laws;    ///< one a hidden effect outside the catalogue, in the label's order
+  double rest_over_noise = 0.0;  ///< what the diagnosed model leaves on held-out recordings; NaN: not known
 };
+constexpr double kAtNoise = 1.15;  ///< rest over noise up to which everything is explained
 /// The case must have a label; without a verdict nothing is right.
 CaseScore score_case(const BlindCase& one);
 
@@ -97,6 +104,17 @@ struct StrengthBin {
   Rate location, in_class;
 };
 
+/// What was learned of effects hidden outside the catalogue.
+struct LawTotals {
+  Rate unknown;                      ///< the case's verdict
+  Rate place, stage, over;           ///< each with those before it; stage and over where the label says them
+  Rate events;                       ///< hidden ones that were found
+  Rate at_noise;                     ///< the case's rest is at most kAtNoise
+  int curves = 0;                    ///< hidden
+  std::vector<double> curve_errors;  ///< of those learned over the right variables
+  double median_error() const;       ///< NaN for none
+};
+
 /// What simpler methods would have said of the same cases.
 struct Baselines {
   double refit_gain_share = 0.0;   ///< parameters only: 0 by definition of the share
@@ -115,7 +133,11 @@ struct BlindTotals {
   std::vector<CalibrationBin> calibration;
   std::vector<StrengthBin> strength;
   Baselines baselines;
-  double seconds = 0.0, longest = 0.0;                          ///< of the diagnoses: sum, longest
+  LawTotals laws;                            ///< over every hidden effect outside the catalogue
+  std::map<std::string, LawTotals> laws_of;  ///< by that effect
+  Rate false_laws_null, false_laws_exact;    ///< nothing, catalogue effects alone hidden: something learned
+  Rate events_true;                          ///< of those learned where something outside the catalogue was hidden
+  double seconds = 0.0, longest = 0.0;       ///< of the diagnoses: sum, longest
   std::map<std::string, std::map<std::string, int>> confusion;  ///< hidden -> said -> cases: nulls, singles, outside
 };
 BlindTotals total(const std::vector<BlindCase>& cases);

@@ -34,6 +34,26 @@ Json json_of(const BlindLabel& label) {
   return {{"effects", effects}, {"left_rms_over_noise", number_or_null(label.left_rms_over_noise)}};
 }
 
+Json json_of(const BlindLabel::Effect& hidden, const LawScore& law) {
+  const bool described = hidden.law.has_value();
+  return {{"effect", hidden.effect},
+          {"location", hidden.place},
+          {"place_right", law.place},
+          {"stage_right", described ? Json(law.stage) : Json(nullptr)},
+          {"over_right", described ? Json(law.over) : Json(nullptr)},
+          {"curve_error", number_or_null(law.curve_error)},
+          {"events", law.events},
+          {"events_found", law.found}};
+}
+
+/// What was learned, held against what was hidden outside the catalogue.
+Json laws_of(const BlindCase& one, const CaseScore& score) {
+  Json out = Json::array();
+  for (const BlindLabel::Effect& hidden : one.label->effects)
+    if (find_effect(hidden.effect) < 0) out.push_back(json_of(hidden, score.laws[out.size()]));
+  return out;
+}
+
 Json json_of(const BlindCase& one) {
   Json out{{"case", one.name}, {"seal", to_string(one.seal)}};
   out["label"] = one.label ? json_of(*one.label) : Json(nullptr);
@@ -47,6 +67,7 @@ Json json_of(const BlindCase& one) {
                                  {"probability", number_or_null(claim.probability)},
                                  {"class", claim.members}});
   }
+  out["learned"] = one.verdict ? one.verdict->learned.size() : 0;
   out["correct"] = nullptr;
   if (one.label && one.seal != Seal::broken) {
     const CaseScore score = score_case(one);
@@ -58,6 +79,8 @@ Json json_of(const BlindCase& one) {
     out["class_right"] = score.in_class;
     out["f1"] = score.f1;
     out["heldout_gain_share"] = number_or_null(score.gain_share);
+    out["rest_over_noise"] = number_or_null(score.rest_over_noise);
+    out["outside"] = laws_of(one, score);
   }
   out["seconds"] = one.verdict ? number_or_null(one.verdict->seconds) : Json(nullptr);
   return out;
@@ -94,6 +117,28 @@ Json json_of(const Baselines& baselines) {
             {"effect_top1", json_of(baselines.bic_effect)}}}};
 }
 
+Json json_of(const LawTotals& t) {
+  return {{"unknown", json_of(t.unknown)},
+          {"place", json_of(t.place)},
+          {"stage", json_of(t.stage)},
+          {"over", json_of(t.over)},
+          {"curve_error", number_or_null(t.median_error())},
+          {"curves", t.curves},
+          {"curves_learned", t.curve_errors.size()},
+          {"events", json_of(t.events)},
+          {"at_noise", json_of(t.at_noise)}};
+}
+
+/// All together, then by hidden effect.
+Json outside_of(const BlindTotals& t) {
+  Json out = json_of(t.laws);
+  out["events_true"] = json_of(t.events_true);
+  out["false_laws"] = {{"null", json_of(t.false_laws_null)}, {"exact", json_of(t.false_laws_exact)}};
+  out["by_effect"] = Json::object();
+  for (const auto& [effect, laws] : t.laws_of) out["by_effect"][effect] = json_of(laws);
+  return out;
+}
+
 /// Plain numbers under the names that others look for, what they rest on beside them.
 Json json_of(const BlindTotals& t) {
   return {{"cases", t.cases},
@@ -109,6 +154,7 @@ Json json_of(const BlindTotals& t) {
           {"heldout_gain_share", number_or_null(t.heldout_gain_share)},
           {"calibration", bins_of(t)},
           {"claims_above_09", json_of(t.claims_above_09)},
+          {"outside", outside_of(t)},
           {"seconds", t.seconds},
           {"longest_seconds", t.longest},
           {"rates",
@@ -153,6 +199,43 @@ Html totals_section(const BlindTotals& t) {
                     "(mean over {} cases).",
                     percent(t.heldout_gain_share), t.shared));
   return out + paragraph("Intervals: Clopper and Pearson.", "muted small");
+}
+
+void law_row(const std::string& name, const LawTotals& t, bool emphasised, Table& table) {
+  const auto share = [](const Rate& rate) { return text(rate.of > 0 ? out_of(rate) : "\u2013"); };
+  const std::string learned =
+      fmt::format("{} ({} of {})", number(t.median_error(), 2), t.curve_errors.size(), t.curves);
+  table.row({element("code", text(name)), share(t.unknown), share(t.place), share(t.stage), share(t.over),
+             text(t.curve_errors.empty() ? "\u2013" : learned), share(t.events), share(t.at_noise)},
+            emphasised);
+}
+
+Html outside_section(const BlindTotals& t) {
+  if (t.laws_of.empty() && t.false_laws_null.hits + t.false_laws_exact.hits == 0) return {};
+  Html out;
+  Table table({{"hidden"},
+               {"called unknown", true},
+               {"joint", true},
+               {"stage", true},
+               {"variables", true},
+               {"curve's error", true},
+               {"events found", true},
+               {"rest at the noise", true}});
+  for (const auto& [effect, laws] : t.laws_of) law_row(effect, laws, false, table);
+  if (t.laws_of.size() > 1) law_row("all", t.laws, true, table);
+  if (!table.empty())
+    out +=
+        table.html() +
+        paragraph(fmt::format("Stage and variables count together with what stands before them. Curve's error: "
+                              "median rms off the hidden curve over that curve's own, constant and linear parts left "
+                              "out. Events: both ends within {} s. Rest at the noise: at most {} of it on held-out "
+                              "recordings.",
+                              number(kEventEdge), number(kAtNoise)),
+                  "muted small");
+  if (t.events_true.of > 0) out += paragraph(fmt::format("Events learned that are true: {}.", out_of(t.events_true)));
+  return out + paragraph(fmt::format("Laws or events learned where nothing was hidden: {}; where effects of the "
+                                     "catalogue alone were: {}.",
+                                     out_of(t.false_laws_null), out_of(t.false_laws_exact)));
 }
 
 /// What should have been said of a case.
@@ -315,6 +398,7 @@ std::string blind_page(const std::vector<BlindCase>& cases, const std::string& f
   if (t.class_top1.of > 0) page.tile("Class right", percent(t.class_top1.share()), out_of(t.class_top1));
   page.tile("Time", duration(t.seconds), "longest case " + duration(t.longest));
   page.section("Totals", totals_section(t));
+  page.section("Outside the catalogue", outside_section(t));
   page.section("Confusion", confusion_section(t));
   page.section("Calibration", calibration_section(t));
   page.section("Accuracy against strength", strength_section(t));

@@ -128,6 +128,140 @@ TEST(Conceal, ASealedCaseIsNeverOverwritten) {
   expect_refused(lacuna(conceal(arm, arm.folder())), 2, "which this command reads");
 }
 
+const std::vector<std::string> kOutside{"position_ripple", "external_push", "command_dropout", "counterbalance_spring",
+                                        "tight_spot",      "valve_notch",   "cable_drag",      "repeated_samples"};
+
+/// Two level links, each joint driven, on clocks that begin at 10 s.
+class TwoLinks {
+ public:
+  TwoLinks() {
+    files_.write("arm.urdf", R"(<?xml version='1.0'?>
+<robot name='arm'>
+  <link name='base'/>
+  <link name='upper'><inertial><origin xyz='0.2 0 0'/><mass value='2'/><inertia ixx='0.01' ixy='0' ixz='0' iyy='0.1' iyz='0' izz='0.1'/></inertial></link>
+  <link name='lower'><inertial><origin xyz='0.2 0 0'/><mass value='1'/><inertia ixx='0.01' ixy='0' ixz='0' iyy='0.05' iyz='0' izz='0.05'/></inertial></link>
+  <joint name='shoulder' type='revolute'><parent link='base'/><child link='upper'/><axis xyz='0 0 1'/><limit lower='-3' upper='3' effort='100' velocity='9'/></joint>
+  <joint name='elbow' type='revolute'><parent link='upper'/><child link='lower'/><origin xyz='0.4 0 0'/><axis xyz='0 0 1'/><limit lower='-3' upper='3' effort='100' velocity='9'/></joint>
+</robot>
+)");
+    files_.write("scenario.yaml", R"(format: lacuna-scenario/1
+name: arm
+robot: arm.urdf
+actuators:
+  shoulder: {model: torque_source, gain: 9, damping: 3, stiffness: 9, rest: 0.1}
+  elbow: {model: torque_source, gain: 6, damping: 1, stiffness: 4, rest: -0.2}
+identify:
+  gain: {relative_bounds: [0.25, 4]}
+channels: {time: t, command: {shoulder: u1, elbow: u2}, position: {shoulder: q1, elbow: q2}}
+noise: {position: 0.002}
+recordings:
+  - {file: train.csv, role: train}
+  - {file: test.csv, role: test}
+)");
+    for (const std::string name : {"train", "test"}) {
+      std::ofstream out(files_.path() / (name + ".csv"));
+      out << "t,u1,u2,q1,q2\n";
+      for (int k = 0; k <= 200; ++k) {
+        const double t = 0.02 * k + (name == "test" ? 3.0 : 0.0);
+        out << 10.0 + 0.02 * k << ',' << std::sin(2.1 * t) << ',' << std::sin(2.9 * t + 1.0) << ",0,0\n";
+      }
+    }
+  }
+  const fs::path& folder() const { return files_.path(); }
+  /// The label of a case, or how that was refused.
+  nlohmann::json label(const std::string& name, std::vector<std::string> more) const {
+    std::vector<std::string> line{
+        "conceal", (folder() / "scenario.yaml").string(), "-o", (folder() / name).string(), "--engine", "featherstone"};
+    line.insert(line.end(), more.begin(), more.end());
+    const Outcome outcome = lacuna(line);
+    EXPECT_EQ(outcome.code, 0) << name << ": " << outcome.err;
+    return outcome.code == 0 ? json_file(folder() / name / "label.json") : nlohmann::json();
+  }
+
+ private:
+  TemporaryFolder files_;
+};
+
+TEST(ConcealOutside, EveryKindIsHiddenAndDescribed) {
+  const TwoLinks arm;
+  const std::map<std::string, std::pair<std::string, std::vector<std::string>>> told{
+      {"position_ripple", {"link", {"q"}}},         {"external_push", {"link", {"t"}}},
+      {"command_dropout", {"command", {"t"}}},      {"counterbalance_spring", {"link", {"q"}}},
+      {"tight_spot", {"link", {"q", "direction"}}}, {"valve_notch", {"command", {"u"}}},
+      {"cable_drag", {"link", {"shoulder.q"}}},     {"repeated_samples", {"reading", {"t"}}}};
+  for (const std::string& kind : kOutside) {
+    const auto label = arm.label(kind + "/case", {"--effect", kind + ":elbow", "--visibility", "4"});
+    const auto& hidden = label.at("effects")[0];
+    // Samples repeat as wholes.
+    EXPECT_NEAR(label.at("left_rms_over_noise").get<double>(), 4.0, kind == "repeated_samples" ? 4.0 : 0.21) << kind;
+    EXPECT_EQ(hidden.at("stage"), told.at(kind).first) << kind;
+    EXPECT_EQ(hidden.at("over"), told.at(kind).second) << kind;
+    if (told.at(kind).second.front() == "t") {
+      EXPECT_FALSE(hidden.contains("curve")) << kind;
+      ASSERT_EQ(hidden.at("events").size(), 6u) << kind << ": three a recording";
+      EXPECT_EQ(hidden.at("events")[5].at("recording"), "test.csv");
+      for (const auto& event : hidden.at("events")) {
+        EXPECT_GT(event.at("from"), 10.0) << "the recording's own clock";
+        EXPECT_GT(event.at("to"), event.at("from"));
+        EXPECT_LE(event.at("to"), 14.0 + 1e-9);
+      }
+    } else {
+      EXPECT_FALSE(hidden.contains("events")) << kind;
+      EXPECT_EQ(hidden.at("curve").size(), kind == "tight_spot" ? 120u : 60u) << kind;
+    }
+    EXPECT_EQ(text_of(arm.folder() / kind / "case/scenario.yaml").find(kind), std::string::npos);
+  }
+}
+
+TEST(ConcealOutside, FormsAreDrawnFromTheSeed) {
+  const TwoLinks arm;
+  for (const std::string& kind : kOutside) {
+    const auto make = [&](const std::string& name, const std::string& seed) {
+      const auto label =
+          arm.label(name + kind + "/case", {"--effect", kind + ":shoulder", "--seed", seed, "--perturb", "0"});
+      return label.dump() + text_of(arm.folder() / (name + kind) / "case/train.csv");
+    };
+    const auto form = [](const std::string& text) {
+      const auto effect = nlohmann::json::parse(text.substr(0, text.rfind('}') + 1)).at("effects")[0];
+      return effect.contains("curve") ? effect.at("curve") : effect.at("events");
+    };
+    const std::string one = make("one", "5");
+    EXPECT_EQ(make("again", "5"), one) << kind;
+    EXPECT_NE(form(make("other", "6")), form(one)) << kind;
+  }
+}
+
+TEST(ConcealOutside, ARepeatedSampleIsTheLastOneAndNoOtherChannelKnows) {
+  const TwoLinks arm;
+  const auto label = arm.label("held", {"--effect", "repeated_samples:elbow:0.3", "--seed", "3"});
+  arm.label("free", {"--seed", "3"});
+  auto held = columns_of(text_of(arm.folder() / "held/train.csv"));
+  auto free = columns_of(text_of(arm.folder() / "free/train.csv"));
+  int repeated = 0;
+  for (std::size_t k = 0; k < held["t"].size(); ++k) {
+    bool inside = false;
+    for (const auto& event : label.at("effects")[0].at("events"))
+      inside =
+          inside || (event.at("recording") == "train.csv" && held["t"][k] >= event.at("from").get<double>() - 1e-9 &&
+                     held["t"][k] < event.at("to").get<double>() - 1e-9);
+    repeated += inside;
+    EXPECT_EQ(held["q2"][k], inside ? held["q2"][k - 1] : free["q2"][k]) << "at " << held["t"][k];
+  }
+  EXPECT_EQ(repeated, 3 * 15);
+  for (const char* other : {"t", "u1", "u2", "q1"}) EXPECT_EQ(held[other], free[other]) << other;
+  // Samples repeat as wholes, and one at least.
+  for (const auto& [asked, seconds] : {std::pair("0.001", 0.02), {"0.049", 0.04}}) {
+    const auto other =
+        arm.label(std::string("held") + asked, {"--effect", std::string("repeated_samples:elbow:") + asked});
+    EXPECT_NEAR(other.at("effects")[0].at("strength").get<double>(), seconds, 1e-9) << asked;
+  }
+}
+
+TEST(ConcealOutside, ACableNeedsTwoJoints) {
+  const Arm arm;
+  expect_refused(lacuna(conceal(arm, arm.folder() / "case", {"--effect", "cable_drag:elbow"})), 2, "two joints");
+}
+
 TEST(Conceal, RefusesWhatItDoesNotKnow) {
   const Arm arm;
   const fs::path out = arm.folder() / "case";

@@ -154,27 +154,142 @@ TEST(Truth, StartsAtRestWhereThePlantRests) {
   for (const double later : truth[0]) EXPECT_NEAR(later, q, 1e-8);
 }
 
-TEST(Truth, PhysicsOutsideTheCatalogueActs) {
-  const Scenario scenario = two_rods();
+using Kind = OutsidePhysics::Kind;
+
+std::vector<std::vector<double>> moved_with(const Scenario& scenario, std::vector<OutsidePhysics> outside,
+                                            double tolerance = 1e-8) {
   const PlantModel model(scenario);
   const Experiment experiment = make_experiment(scenario);
-  const auto run = [&](std::vector<OutsidePhysics> outside) {
-    TruthOptions options = on_featherstone();
-    options.outside = std::move(outside);
-    return simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options);
-  };
-  const auto plain = run({});
-  using Kind = OutsidePhysics::Kind;
-  EXPECT_GT(worst_difference(run({{Kind::position_ripple, 0, 0.5, {}}})[0], plain[0]), 1e-3);
+  TruthOptions options = on_featherstone();
+  options.outside = std::move(outside);
+  options.tolerance = tolerance;
+  options.settle = false;
+  return simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options);
+}
+
+/// A block on a level slide under a constant command, without friction of its own.
+Scenario pushed_block(double command, double speed, double seconds = 1.0) {
+  return driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}, {"damping", 0.0}})},
+                         constant_drive(1, seconds, 0.01, command), {{0.0}, {speed}, true});
+}
+
+TEST(Truth, PhysicsOutsideTheCatalogueActs) {
+  const Scenario scenario = two_rods();
+  const auto plain = moved_with(scenario, {});
+  EXPECT_GT(worst_difference(moved_with(scenario, {{Kind::position_ripple, 0, 0.5, {}}})[0], plain[0]), 1e-3);
   for (const Kind kind : {Kind::external_push, Kind::command_dropout}) {
-    const auto other = run({{kind, 0, 0.5, {{1.0}}}});
+    const auto other = moved_with(scenario, {{kind, 0, 0.5, {{1.0}}}});
     EXPECT_GT(worst_difference(other[0], plain[0]), 1e-3) << to_string(kind);
     for (std::size_t k = 0; k <= 50; ++k) EXPECT_NEAR(other[0][k], plain[0][k], 1e-7) << "before it begins";
   }
-  for (const std::string& name : outside_physics_names()) {
-    EXPECT_EQ(find_effect(name), -1) << "the catalogue has it by now";
-    EXPECT_EQ(to_string(*outside_physics_named(name)), name);
+  EXPECT_EQ(moved_with(scenario, {{Kind::repeated_samples, 0, 0.5, {{1.0}}}}), plain) << "the machine does not know";
+}
+
+TEST(Outside, HasANameOfItsOwnForEveryKind) {
+  for (const OutsideInfo& info : outside_table()) {
+    EXPECT_EQ(find_effect(info.name), -1) << "the catalogue has it by now";
+    EXPECT_EQ(outside_physics_named(info.name), info.kind);
+    EXPECT_EQ(&info_of(info.kind), &info) << info.name;
+    EXPECT_STREQ(to_string(info.kind), info.name);
   }
+  EXPECT_EQ(outside_physics_named("coulomb_friction"), std::nullopt);
+}
+
+TEST(Outside, SpringAndRippleKeepTheEnergy) {
+  constexpr double kLost = 1e-7;  // J, in a second at this tolerance
+  const OutsidePhysics spring{Kind::counterbalance_spring, 0, 30.0, {}, {.centre = 0.4, .lever = 0.6, .length = 0.5}};
+  const OutsidePhysics ripple{Kind::position_ripple, 0, 20.0, {}, {.centre = 0.1, .width = 0.3}};
+  // s / lever (l^2 / 2 - length l) has the derivative s (1 - length / l) sin(theta); the effort is minus a potential's.
+  const auto of_spring = [&](double q) {
+    const double l = std::sqrt(1.0 + 0.36 - 1.2 * std::cos(q - 0.4));
+    return -30.0 / 0.6 * (0.5 * l * l - 0.5 * l);
+  };
+  const auto of_ripple = [](double q) {
+    const double radians = 2.0 * std::numbers::pi / 0.3;
+    return 20.0 / radians * std::cos(radians * (q - 0.1));
+  };
+  const auto check = [&](const OutsidePhysics& physics, const auto& potential) {
+    const auto moved = moved_with(pushed_block(0.0, 0.9), {physics}, 1e-10);
+    const auto energy = [&](std::size_t k) {
+      return 0.5 * kBlockMass * moved[1][k] * moved[1][k] + potential(moved[0][k]);
+    };
+    double slowest = HUGE_VAL, fastest = 0.0;
+    for (std::size_t k = 0; k < moved[0].size(); ++k) {
+      EXPECT_NEAR(energy(k), energy(0), kLost) << to_string(physics.kind) << " at sample " << k;
+      slowest = std::min(slowest, std::fabs(moved[1][k]));
+      fastest = std::max(fastest, std::fabs(moved[1][k]));
+    }
+    EXPECT_GT(fastest - slowest, 0.1) << to_string(physics.kind) << " does nothing";
+  };
+  check(spring, of_spring);
+  check(ripple, of_ripple);
+}
+
+TEST(Outside, ATightSpotTakesItsAreaOfTheEnergyEitherWay) {
+  // Crossed well above `slow`, it takes the area below its bell: s width sqrt(pi).
+  const OutsidePhysics spot{Kind::tight_spot, 0, 3.0, {}, {.centre = 0.5, .width = 0.1, .slow = 1e-3}};
+  for (const double way : {1.0, -1.0}) {
+    OutsidePhysics there = spot;
+    there.form.centre *= way;
+    const auto moved = moved_with(pushed_block(0.0, way * 2.0), {there}, 1e-10);
+    const double speed = moved[1].back();
+    EXPECT_NEAR(0.5 * kBlockMass * (4.0 - speed * speed), 3.0 * 0.1 * std::sqrt(std::numbers::pi), 1e-6);
+  }
+}
+
+TEST(Outside, ATightSpotDoesNotMoveWhatRests) {
+  const OutsidePhysics spot{Kind::tight_spot, 0, 3.0, {}, {.centre = 0.0, .width = 0.1, .slow = 1e-3}};
+  const auto moved = moved_with(pushed_block(0.0, 0.0), {spot});
+  for (const double q : moved[0]) EXPECT_EQ(q, 0.0);
+}
+
+TEST(Outside, ANotchAltersTheCommandAndNothingElse) {
+  const OutsidePhysics notch{Kind::valve_notch, 0, 0.7, {}, {.centre = 1.5, .width = 0.4}};
+  for (const double told : {1.2, -1.2, 0.0}) {
+    const double arrives = told - 0.7 * std::exp(-std::pow((told - 1.5) / 0.4, 2));
+    const auto moved = moved_with(pushed_block(told, 0.0), {notch});
+    EXPECT_EQ(moved, moved_with(pushed_block(arrives, 0.0), {})) << told;
+    EXPECT_NEAR(moved[1].back(), arrives / kBlockMass, 1e-9) << told;
+  }
+}
+
+TEST(Outside, ACableOverTheNextJointPullsAtItsOwn) {
+  // Shoulder's effort, by what must be added there to undo it: the same law with the other sign.
+  const Scenario scenario = two_rods();
+  const OutsidePhysics cable{Kind::cable_drag, 0, 0.8, {}, {.centre = 0.1, .width = 0.2, .other = 1}};
+  OutsidePhysics against = cable;
+  against.strength = -cable.strength;
+  const auto plain = moved_with(scenario, {});
+  EXPECT_GT(worst_difference(moved_with(scenario, {cable})[0], plain[0]), 1e-2);
+  EXPECT_LT(worst_difference(moved_with(scenario, {cable, against})[0], plain[0]), 1e-12);
+  EXPECT_EQ(outside_law(cable, 0.1), 0.0);
+  EXPECT_NEAR(outside_law(cable, 0.3), 0.8 * std::tanh(1.0), 1e-15);
+  // Far from its middle it is a constant push: the same motion as with another command.
+  OutsidePhysics taut = cable;
+  taut.form.centre = -20.0;
+  Scenario pushed = scenario;
+  auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
+  for (double& u : data->columns[static_cast<std::size_t>(data->find("u_shoulder"))]) u += 0.8 / 4.0;
+  pushed.recordings[0].data = data;
+  EXPECT_LT(worst_difference(moved_with(scenario, {taut})[0], moved_with(pushed, {})[0]), 1e-9);
+}
+
+TEST(Outside, BeyondALineNothingIsLeftOfALine) {
+  std::vector<std::vector<double>> at;
+  std::vector<double> plane, bent, curve;
+  for (const double direction : {-1.0, 1.0}) {
+    for (int k = 0; k <= 20; ++k) {
+      const double x = 3.0 + 0.1 * k;
+      at.push_back({x, direction});
+      plane.push_back(2.0 - 3.0 * x + 4.0 * direction);
+      curve.push_back(direction * std::sin(x));
+      bent.push_back(plane.back() + curve.back());
+    }
+  }
+  EXPECT_LT(root_mean_square(beyond_linear(at, plane)), 1e-12);
+  EXPECT_LT(worst_difference(beyond_linear(at, bent), beyond_linear(at, curve)), 1e-12);
+  EXPECT_GT(root_mean_square(beyond_linear(at, curve)), 0.1);
+  EXPECT_TRUE(beyond_linear({}, {}).empty());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -90,6 +91,134 @@ TEST(BlindScore, GainIsCountedAgainstAnOracleThatLeavesTheNoise) {
   EXPECT_TRUE(std::isnan(score_case(none).gain_share));
 }
 
+/// A curve over x from -1 to 1 at the link, by its values.
+template <class Value>
+LawRecord law(const Value& value, int points = 41) {
+  LawRecord out{"link", {"q"}, {}, {}};
+  for (int k = 0; k < points; ++k) {
+    const double x = -1.0 + 2.0 * k / (points - 1);
+    out.curve.push_back({{x}, value(x)});
+  }
+  return out;
+}
+LawRecord happened(const std::string& stage, std::vector<LawRecord::Event> events) {
+  return {stage, {"t"}, {}, std::move(events)};
+}
+double wave(double x) { return 2.0 * std::sin(6.0 * x); }
+
+BlindCase learned_case(const BlindLabel::Effect& hidden, std::vector<LearnedRecord> learned) {
+  BlindCase out = one_case({hidden}, "unknown_physics");
+  out.verdict->learned = std::move(learned);
+  return out;
+}
+
+TEST(BlindLaws, PlaceStageAndVariablesCountTogether) {
+  BlindLabel::Effect hidden = kRipple;
+  hidden.law = law(wave);
+  const auto score = [&](const std::string& place, const std::string& stage, const std::string& over) {
+    LawRecord said = law(wave);
+    said.stage = stage;
+    said.over = {over};
+    return score_case(learned_case(hidden, {{"joint_3", law(wave)}, {place, said}})).laws.at(0);
+  };
+  const LawScore right = score("joint_1", "link", "q");
+  EXPECT_TRUE(right.place && right.stage && right.over);
+  EXPECT_NEAR(right.curve_error, 0.0, 1e-12);
+  const LawScore variable = score("joint_1", "link", "v"), stage = score("joint_1", "command", "q"),
+                 place = score("joint_2", "link", "q");
+  EXPECT_TRUE(variable.place && variable.stage && !variable.over);
+  EXPECT_TRUE(stage.place && !stage.stage && !stage.over);
+  EXPECT_FALSE(place.place || place.stage || place.over);
+  for (const LawScore& wrong : {variable, stage, place}) EXPECT_TRUE(std::isnan(wrong.curve_error));
+  hidden.law.reset();  // as in labels of earlier versions
+  EXPECT_TRUE(score("joint_1", "link", "q").place);
+  EXPECT_FALSE(score("joint_1", "link", "q").stage);
+}
+
+TEST(BlindLaws, ACurveIsComparedBeyondItsLine) {
+  const LawRecord hidden = law(wave);
+  EXPECT_NEAR(curve_error(hidden, law([](double x) { return wave(x) + 7.0 - 3.0 * x; })), 0.0, 1e-12);
+  EXPECT_NEAR(curve_error(hidden, law([](double x) { return 0.5 * wave(x); })), 0.5, 1e-12);
+  EXPECT_NEAR(curve_error(hidden, law([](double) { return 1.0; })), 1.0, 1e-12);
+  EXPECT_NEAR(curve_error(hidden, law([](double x) { return -wave(x); })), 2.0, 1e-12);
+  // Linear between points: off by at most x^2 w^2 / 8 of the wave.
+  EXPECT_LT(curve_error(hidden, law(wave, 21)), 0.05);
+  EXPECT_GT(curve_error(hidden, law(wave, 21)), 0.0);
+  // In any order, and level beyond its ends.
+  LawRecord backwards = hidden;
+  std::reverse(backwards.curve.begin(), backwards.curve.end());
+  EXPECT_NEAR(curve_error(hidden, backwards), 0.0, 1e-12);
+  EXPECT_NEAR(curve_error(hidden, LawRecord{"link", {"q"}, {{{0.0}, 4.0}}, {}}), 1.0, 1e-12);
+  EXPECT_TRUE(std::isnan(curve_error(law([](double x) { return 3.0 * x; }), hidden))) << "a line has no form";
+  EXPECT_TRUE(std::isnan(curve_error(hidden, LawRecord{})));
+}
+
+TEST(BlindLaws, ACurveOverTwoVariablesTakesTheNearestRow) {
+  const auto bell = [](double x) { return std::exp(-9.0 * x * x); };
+  const auto both = [&](double size, double row) {
+    LawRecord out{"link", {"q", "direction"}, {}, {}};
+    for (const double direction : {-row, row})
+      for (int k = 0; k <= 40; ++k) {
+        const double x = -1.0 + 0.05 * k;
+        // With a plain Coulomb friction, which is not the law's own.
+        out.curve.push_back({{x, direction}, (direction < 0.0 ? 1.0 : -1.0) * (size * bell(x) + 2.0 * (size - 1.0))});
+      }
+    return out;
+  };
+  EXPECT_NEAR(curve_error(both(1.0, 1.0), both(1.0, 0.8)), 0.0, 1e-12);
+  EXPECT_NEAR(curve_error(both(1.0, 1.0), both(1.25, 1.0)), 0.25, 1e-12);
+}
+
+TEST(BlindLaws, EventsAreFoundAtTheirJointAndEdges) {
+  BlindLabel::Effect hidden{"external_push", "joint_1", 3.0};
+  hidden.law = happened("link", {{"a.csv", 2.0, 2.4, 3.0}, {"b.csv", 5.0, 5.4, 3.0}});
+  const auto found = [&](const std::string& place, const LawRecord::Event& said) {
+    return score_case(learned_case(hidden, {{place, happened("link", {said})}})).laws.at(0).found;
+  };
+  EXPECT_EQ(found("joint_1", {"a.csv", 2.09, 2.31, {}}), 1);
+  EXPECT_EQ(found("joint_1", {"a.csv", 2.11, 2.4, {}}), 0);
+  EXPECT_EQ(found("joint_1", {"a.csv", 2.0, 2.6, {}}), 0);
+  EXPECT_EQ(found("joint_1", {"b.csv", 2.0, 2.4, {}}), 0);
+  EXPECT_EQ(found("joint_2", {"a.csv", 2.0, 2.4, {}}), 0);
+  EXPECT_TRUE(std::isnan(score_case(learned_case(hidden, {})).laws.at(0).curve_error));
+}
+
+TEST(BlindLaws, TotalsSayWhatWasLearnedAndWhatShouldNotHaveBeen) {
+  BlindLabel::Effect ripple = kRipple, push{"external_push", "joint_1", 3.0};
+  ripple.law = law(wave);
+  push.law = happened("link", {{"a.csv", 2.0, 2.4, 3.0}, {"b.csv", 5.0, 5.4, 3.0}});
+  std::vector<BlindCase> cases{
+      learned_case(ripple, {{"joint_1", law([](double x) { return 0.9 * wave(x); })}}),
+      learned_case(ripple, {{"joint_2", law(wave)}}),
+      learned_case(push, {{"joint_1", happened("link", {{"a.csv", 2.0, 2.4, {}}, {"a.csv", 7.0, 8.0, {}}})}}),
+      one_case({}, "consistent"),
+      one_case({}, "unknown_physics"),
+      one_case({kFriction}, "missing_physics", {claim("coulomb_friction", "joint_2")})};
+  cases[0].verdict->after = {{"joint_1", 1.1}, {"joint_2", 1.2}};  // 1.1511 of the noise
+  cases[1].verdict->after = {{"joint_1", 1.1}, {"joint_2", 1.1}};
+  cases[4].verdict->learned = {{"joint_1", law(wave)}};
+  cases.push_back(learned_case(ripple, {}));
+  cases.back().verdict.reset();  // failed: nothing is right
+  const BlindTotals t = total(cases);
+  const auto counts = [](const Rate& rate) { return std::pair(rate.hits, rate.of); };
+  EXPECT_EQ(counts(t.laws.place), std::pair(2, 4));
+  EXPECT_EQ(counts(t.laws.over), std::pair(2, 4));
+  EXPECT_EQ(counts(t.laws.events), std::pair(1, 2));
+  EXPECT_EQ(counts(t.events_true), std::pair(1, 2));
+  EXPECT_EQ(counts(t.laws.at_noise), std::pair(1, 4));
+  EXPECT_EQ(counts(t.laws_of.at("position_ripple").unknown), std::pair(2, 3));
+  EXPECT_EQ(t.laws.curves, 3);
+  EXPECT_NEAR(t.laws.median_error(), 0.1, 1e-12);
+  EXPECT_EQ(counts(t.false_laws_null), std::pair(1, 2));
+  EXPECT_EQ(counts(t.false_laws_exact), std::pair(0, 1));
+  const auto record = nlohmann::json::parse(to_json(cases, sample::context()));
+  const auto& outside = record.at("totals").at("outside");
+  EXPECT_EQ(outside.at("by_effect").at("external_push").at("events").at("hits"), 1);
+  EXPECT_EQ(outside.at("false_laws").at("null").at("hits"), 1);
+  EXPECT_EQ(record.at("cases")[0].at("outside")[0].at("over_right"), true);
+  EXPECT_NE(blind_page(cases, "cases", sample::context()).find("<h2>Outside the catalogue</h2>"), std::string::npos);
+}
+
 TEST(BlindTotals, CountWhatTheirNamesSay) {
   std::vector<BlindCase> cases{one_case({}, "consistent"),
                                one_case({}, "unknown_physics"),
@@ -153,6 +282,51 @@ TEST(BlindLabels, AreReadAndCheckedInForm) {
         << bad;
 }
 
+TEST(BlindLabels, SayTheLawOutsideTheCatalogue) {
+  const BlindLabel label = read_label(
+      R"({"effects": [{"effect": "tight_spot", "location": "a", "strength": 2, "stage": "link", "over": ["q", "direction"],
+                       "curve": [{"at": [0.5, -1], "value": 3}]},
+                      {"effect": "repeated_samples", "location": "a", "strength": 0.2, "stage": "reading", "over": ["t"],
+                       "events": [{"recording": "r.csv", "from": 1.5, "to": 1.7, "value": null}]},
+                      {"effect": "position_ripple", "location": "b", "strength": 1}]})",
+      "label.json");
+  ASSERT_TRUE(label.effects[0].law && label.effects[1].law);
+  EXPECT_EQ(label.effects[0].law->curve[0].at, (std::vector<double>{0.5, -1.0}));
+  EXPECT_EQ(label.effects[1].law->events[0].to, 1.7);
+  EXPECT_FALSE(label.effects[2].law) << "a label of an earlier version";
+}
+
+/// Entries of a label or under `learned` that are refused, each with the key at fault.
+const std::vector<std::pair<std::string, std::string>> kBadLaws{
+    {R"("stage": 3, "over": ["q"])", "stage"},
+    {R"("stage": "link")", "over"},
+    {R"("stage": "link", "over": [])", "over"},
+    {R"("stage": "link", "over": [1])", "over"},
+    {R"("stage": "link", "over": ["q", "v", "u"])", "over"},
+    {R"("stage": "link", "over": ["q"], "curve": {})", "curve"},
+    {R"("stage": "link", "over": ["q"], "curve": [3])", "value"},
+    {R"("stage": "link", "over": ["q"], "curve": [{"at": 1}])", "value"},
+    {R"("stage": "link", "over": ["q"], "curve": [{"value": 1}])", "at"},
+    {R"("stage": "link", "over": ["q"], "curve": [{"at": [1, 2], "value": 1}])", "at"},
+    {R"("stage": "link", "over": ["q"], "curve": [{"at": "x", "value": 1}])", "at"},
+    {R"("stage": "link", "over": ["t"], "events": 1)", "events"},
+    {R"("stage": "link", "over": ["t"], "events": [[]])", "recording"},
+    {R"("stage": "link", "over": ["t"], "events": [{"recording": "r", "from": 1}])", "to"}};
+
+TEST(BlindLabels, RefuseALawThatIsNone) {
+  for (const auto& [law, key] : kBadLaws) {
+    const std::string effect = R"({"effects": [{"effect": "e", "location": "a", )" + law + "}]}",
+                      entry = R"({"format": "lacuna-diagnosis/1", "verdict": "unknown_physics", "findings": [],
+                                  "learned": [{"where": "a", )" +
+                              law + "}]}";
+    for (const std::string& error : {test::input_error([&] { read_label(effect, "dir/some.json"); }),
+                                     test::input_error([&] { read_verdict(entry, "dir/some.json"); })}) {
+      EXPECT_NE(error.find("dir/some.json"), std::string::npos) << law;
+      EXPECT_NE(error.find("under " + key), std::string::npos) << law << ": " << error;
+    }
+  }
+}
+
 TEST(BlindVerdicts, AreReadFromADiagnosis) {
   const Diagnosis diagnosis = sample::diagnosis();
   const BlindVerdict verdict = read_verdict(to_json(diagnosis, sample::context()), "diagnosis.json");
@@ -163,6 +337,11 @@ TEST(BlindVerdicts, AreReadFromADiagnosis) {
   EXPECT_EQ(verdict.noise, diagnosis.noise);
   EXPECT_EQ(verdict.before, rms_in(diagnosis.before, Role::test));
   EXPECT_EQ(verdict.first_round.size(), diagnosis.rounds.at(0).size());
+  ASSERT_EQ(diagnosis.learned.empty(), verdict.learned.empty());
+  if (!verdict.learned.empty()) {
+    EXPECT_EQ(verdict.learned[0].place, diagnosis.learned[0].place);
+    EXPECT_EQ(verdict.learned[0].law.curve.size(), diagnosis.learned[0].curve.size());
+  }
   for (const char* bad : {"", "{}", R"({"format": "lacuna-fit/1"})", R"({"format": "lacuna-diagnosis/1"})"})
     EXPECT_NE(test::input_error([&] { read_verdict(bad, "x.json"); }), "") << bad;
 }
