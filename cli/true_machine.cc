@@ -75,9 +75,9 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
 
 /// Finds the factor at which `left(factor)` is the visibility asked for: it grows with the factor, mostly in
 /// proportion; where it does not (a stop that is just met), between the nearest factors of too little and too much.
-/// What grows `in_steps` (whole samples) comes as near as a step does.
+/// What grows in steps (whole samples) of so much of the factor, not 0, comes as near as a step does.
 template <class Left>
-double factor_for(double visibility, const std::string& name, bool in_steps, const Left& left) {
+double factor_for(double visibility, const std::string& name, double step, const Left& left) {
   constexpr int kTries = 16;
   constexpr double kCloseEnough = 0.05, kMostAtOnce = 8.0;
   double factor = 1.0, last_log = 0.0, last_seen = 0.0, slope = 1.0, seen = 0.0, too_little = 0.0, too_much = HUGE_VAL;
@@ -88,6 +88,7 @@ double factor_for(double visibility, const std::string& name, bool in_steps, con
     if (!std::isfinite(seen) || (!(seen > 0.0) && !std::isfinite(too_much))) break;
     if (std::fabs(std::log(seen / visibility)) < miss) miss = std::fabs(std::log(seen / visibility)), nearest = factor;
     (seen < visibility ? too_little : too_much) = factor;
+    if (step > 0.0 && too_much - too_little <= step) break;
     const double at = std::log(factor);
     if (k > 0 && seen > 0.0 && last_seen > 0.0 && std::fabs(at - last_log) > 1e-9)
       slope = std::clamp((std::log(seen) - std::log(last_seen)) / (at - last_log), 0.3, 3.0);
@@ -97,7 +98,7 @@ double factor_for(double visibility, const std::string& name, bool in_steps, con
     const bool beyond = !(seen > 0.0) || factor <= too_little || factor >= too_much;
     if (beyond) factor = std::sqrt(too_little * too_much);
   }
-  if (in_steps && std::isfinite(too_much)) return nearest;
+  if (step > 0.0 && std::isfinite(too_much)) return nearest;
   throw WorkError(
       fmt::format("{} cannot be made as visible as {}: {:.3g} is what was reached", name, visibility, seen));
 }
@@ -313,14 +314,15 @@ void TrueMachine::set_strengths() {
     // A spring is hidden only if it shows, and not merely the inertia behind it: nobody could name it by that.
     std::vector<EffectSpec> besides;
     if (effect.contains() != nullptr) besides.push_back({effect.contains(), effect.asked().place, {}, {}, "--effect"});
-    effect.scale(factor_for(*options_.visibility, name, false, [&](double factor) {
+    effect.scale(factor_for(*options_.visibility, name, 0.0, [&](double factor) {
       return visibility({effect.spec(factor)}, {}, kRoughTolerance, besides).second;
     }));
   }
   for (OutsidePhysics& physics : outside) {
-    const bool in_steps = physics.kind == OutsidePhysics::Kind::repeated_samples;
     const double start = physics.strength;
-    const double factor = factor_for(*options_.visibility, to_string(physics.kind), in_steps, [&](double tried) {
+    const double step =
+        physics.kind == OutsidePhysics::Kind::repeated_samples ? experiment_.sample_period / start : 0.0;
+    const double factor = factor_for(*options_.visibility, to_string(physics.kind), step, [&](double tried) {
       OutsidePhysics scaled = physics;
       set_strength(scaled, tried * start);
       return visibility({}, {scaled}, kRoughTolerance).second;
