@@ -79,7 +79,7 @@ void refuse_unmoved(const Range& range, const std::string& what, const std::stri
 std::vector<std::string> over(const OutsidePhysics& physics, const Experiment& experiment) {
   switch (info_of(physics.kind).over) {
     case OutsideWay::position: return {"q"};
-    case OutsideWay::position_and_direction: return {"q", "direction"};
+    case OutsideWay::position_and_direction: return {"q", "v"};
     case OutsideWay::other_position:
       return {experiment.joint_names[static_cast<std::size_t>(physics.form.other)] + ".q"};
     case OutsideWay::command: return {"u"};

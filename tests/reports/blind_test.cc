@@ -156,7 +156,7 @@ TEST(BlindLaws, ACurveIsComparedBeyondItsLine) {
 TEST(BlindLaws, ACurveOverTwoVariablesTakesTheNearestRow) {
   const auto bell = [](double x) { return std::exp(-9.0 * x * x); };
   const auto both = [&](double size, double row) {
-    LawRecord out{"link", {"q", "direction"}, {}, {}};
+    LawRecord out{"link", {"q", "v"}, {}, {}};
     for (const double direction : {-row, row})
       for (int k = 0; k <= 40; ++k) {
         const double x = -1.0 + 0.05 * k;
@@ -284,7 +284,7 @@ TEST(BlindLabels, AreReadAndCheckedInForm) {
 
 TEST(BlindLabels, SayTheLawOutsideTheCatalogue) {
   const BlindLabel label = read_label(
-      R"({"effects": [{"effect": "tight_spot", "location": "a", "strength": 2, "stage": "link", "over": ["q", "direction"],
+      R"({"effects": [{"effect": "tight_spot", "location": "a", "strength": 2, "stage": "link", "over": ["q", "v"],
                        "curve": [{"at": [0.5, -1], "value": 3}]},
                       {"effect": "repeated_samples", "location": "a", "strength": 0.2, "stage": "reading", "over": ["t"],
                        "events": [{"recording": "r.csv", "from": 1.5, "to": 1.7, "value": null}]},
