@@ -208,15 +208,23 @@ std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentMode
 }
 
 /// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
-/// looked at again without it. Leaves the model with all of it, and returns the recordings with their events in.
+/// looked at again without it. Names that a law makes needless go. Leaves the model with all of it and the one with the
+/// names alone, and returns the recordings with their events in.
 Experiment learn(const Scenario& scenario, const Experiment& experiment, const SimulatorOptions& simulator,
-                 const RunControl& control, CurrentModel& current, Diagnosis& out, const Report& report) {
+                 const RunControl& control, const CurrentModel& plain, CurrentModel& current, CurrentModel& named,
+                 Diagnosis& out, const Report& report) {
   if (!out.before.arrived) return experiment;
   const auto laws = [&](const Experiment& of) {
     if (!out.learned.empty() || !leaves_a_rest(current, of, simulator)) return;
-    LearnedLaws learned = learn_laws(current, of, simulator, control);
+    LearnedLaws learned = learn_laws(plain, current, of, simulator, control);
     out.learned = std::move(learned.laws);
-    if (!out.learned.empty()) current = std::move(learned.model);
+    if (out.learned.empty()) return;
+    current = std::move(learned.model);
+    if (learned.needless.empty()) return;
+    named = std::move(learned.named);
+    std::erase_if(out.findings, [&](const Finding& f) {
+      return std::ranges::find(learned.needless, NamedPlace(f.effect, f.place)) != learned.needless.end();
+    });
   };
   report("laws without a name", 0.89);
   laws(experiment);
@@ -326,8 +334,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     current = std::move(found.model);
     simulator = found.simulator, step = found.step;
   }
-  const CurrentModel named = current;
-  const Experiment with_events = learn(scenario, experiment, simulator, control, current, out, report);
+  CurrentModel named = current;
+  const Experiment with_events = learn(scenario, experiment, simulator, control, before, current, named, out, report);
   out.added = added_effects(before.model, current);
 
   report("motions that separate what is alike", 0.91);

@@ -117,22 +117,28 @@ class Along {
 
 class Learner {
  public:
-  Learner(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-          const RunControl& control)
-      : experiment_(experiment), sets_(current, experiment, simulator, control), standing_{{}, current} {}
+  Learner(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
+          const SimulatorOptions& simulator, const RunControl& control)
+      : experiment_(experiment),
+        sets_(plain, experiment, simulator, control),
+        standing_{effects_beyond(plain.model, current), current} {}
 
   LearnedLaws run() {
-    LearnedLaws out{standing_.model, {}};
+    LearnedLaws out{standing_.model, {}, {}, standing_.model};
     if (sets_.validate().empty() || !sets_.fit(standing_.model, kRefitSteps)) return out;
+    const std::vector<EffectSpec> names = standing_.effects;
     for (int law = 0; law < out.model.model.dof(); ++law) {
       if (law > 0 && !leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
       const std::vector<Learnable> offered = offer();
-      if (offered.empty() || !learn(offered, out)) break;
+      if (offered.empty() || !learn(offered)) break;
     }
-    if (!out.laws.empty()) {
-      sets_.fit(standing_.model, kRefitIterations);
-      out.model = std::move(standing_.model);
-    }
+    if (kept_.empty()) return out;
+    for (const EffectSpec& name : names)
+      if (drop_if_needless(place_of(name))) out.needless.push_back(place_of(name));
+    sets_.fit(standing_.model, kRefitIterations);
+    for (const Kept& law : kept_) out.laws.push_back(described(law));
+    out.model = standing_.model;
+    if (!out.needless.empty()) out.named = names_alone();
     return out;
   }
 
@@ -277,12 +283,16 @@ class Learner {
     return out;
   }
 
-  /// The standing model with a law, everything else fitted again.
-  std::optional<Hypothesis> with(const Learnable& law) const {
+  const std::string& name_of(const Learnable& law) const {
+    return experiment_.joint_names[static_cast<std::size_t>(law.joint)];
+  }
+  NamedPlace place_of_law(const Learnable& law) const { return {learned_effect(law.stage), name_of(law)}; }
+
+  /// A model with a law, everything else fitted again.
+  std::optional<Hypothesis> with(const Learnable& law, const Hypothesis& base) const {
     SetChange change;
-    change.in.push_back(law.spec(experiment_.joint_names[static_cast<std::size_t>(law.joint)]));
-    change.own.emplace_back();
-    return sets_.changed(standing_, change, kRefitSteps);
+    change.in.push_back(law.spec(name_of(law))), change.own.emplace_back();
+    return sets_.changed(base, change, kRefitSteps);
   }
 
   struct Fitted {
@@ -292,12 +302,12 @@ class Learner {
   };
   /// The law and the parameters beside it in full simulation: the curve is learned again about the motion with it until
   /// it stands; a step that leaves more is halved.
-  std::optional<Fitted> fitted(const Learnable& start) const {
+  std::optional<Fitted> fitted(const Learnable& start, const Hypothesis& base) const {
     std::optional<Fitted> best;
     Learnable tried = start;
     for (int k = 0, halved = 0; k < kBends; ++k) {
-      std::optional<Hypothesis> next = with(tried);
-      const double now = left_by(best ? best->set : standing_), then = next ? left_by(*next) : HUGE_VAL;
+      std::optional<Hypothesis> next = with(tried, base);
+      const double now = left_by(best ? best->set : base), then = next ? left_by(*next) : HUGE_VAL;
       if (!(then < now)) {
         if (++halved > kHalvings) break;
         const Eigen::VectorXd from = best ? best->law.values : Eigen::VectorXd::Zero(start.values.size());
@@ -332,7 +342,7 @@ class Learner {
       bend(about, &smooth.law, law);
       if (std::isfinite(law.evidence) && (!best || law.evidence > best->evidence - kNotToldApart)) best = law;
     }
-    std::optional<Fitted> found = best ? fitted(*best) : std::nullopt;
+    std::optional<Fitted> found = best ? fitted(*best, standing_) : std::nullopt;
     if (found && sets_.heldout_difference(found->set, smooth.set).gain >= 0.0) smooth = std::move(*found);
   }
 
@@ -350,7 +360,7 @@ class Learner {
 
   /// Puts the one in that, fitted in full, train and validate recordings together speak for most; those are tried that
   /// are not clearly behind the first, and others where nothing passed.
-  bool learn(const std::vector<Learnable>& offered, LearnedLaws& out) {
+  bool learn(const std::vector<Learnable>& offered) {
     std::optional<Fitted> best;
     HeldoutDifference predicts;
     std::vector<double> says;
@@ -358,7 +368,7 @@ class Learner {
     std::size_t which = 0;
     for (std::size_t k = 0; k < std::min(kTried, offered.size()); ++k) {
       if (best && offered[k].evidence < offered[0].evidence - kWorthLearning) break;
-      std::optional<Fitted> found = fitted(offered[k]);
+      std::optional<Fitted> found = fitted(offered[k], standing_);
       if (!found) continue;
       if (!found->law.beside && found->law.over.over == LearnedCurve::kPosition) look_for_a_period(*found);
       const HeldoutDifference here = sets_.heldout_difference(found->set, standing_);
@@ -368,12 +378,42 @@ class Learner {
       which = k, predicts = here, best = std::move(found);
     }
     if (!best) return false;
-    out.laws.push_back(described(best->law, predicts, probability_of(says, which)));
+    kept_.push_back({std::move(best->law), predicts, probability_of(says, which)});
     standing_ = std::move(best->set);
     return true;
   }
 
-  LearnedLaw described(const Learnable& law, const HeldoutDifference& predicts, double probability) const {
+  /// Takes a named effect out where the last law, learned anew without it, does what both did: where the effect takes
+  /// less from the validate recordings' rest than a finding must.
+  bool drop_if_needless(const NamedPlace& name) {
+    Kept& law = kept_.back();
+    SetChange without;
+    without.out = {name, place_of_law(law.law)};
+    const std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
+    if (!base) return false;
+    std::optional<Fitted> found = fitted(law.law, *base);
+    if (!found) return false;
+    const HeldoutDifference says = sets_.heldout_difference(standing_, found->set);
+    if (says.speaks_for() && says.share >= kLeastTaken) return false;
+    law.law = std::move(found->law);
+    standing_ = std::move(found->set);
+    return true;
+  }
+  CurrentModel names_alone() const {
+    SetChange without;
+    for (const Kept& law : kept_) without.out.push_back(place_of_law(law.law));
+    std::optional<Hypothesis> out = sets_.changed(standing_, without, kRefitIterations);
+    return out ? std::move(out->model) : sets_.plain();
+  }
+
+  /// A law that stands.
+  struct Kept {
+    Learnable law;
+    HeldoutDifference predicts;
+    double probability = 0.0;
+  };
+  LearnedLaw described(const Kept& kept) const {
+    const Learnable& law = kept.law;
     const Robot& robot = standing_.model.model.robot();
     LearnedLaw out;
     out.place = experiment_.joint_names[static_cast<std::size_t>(law.joint)], out.stage = law.stage;
@@ -398,8 +438,8 @@ class Learner {
                            law.beside ? law.beside->place(k % columns) : 0.0});
     }
     out.over.front().knots = static_cast<std::size_t>(rows);
-    out.probability = probability, out.evidence = law.evidence;
-    out.heldout_gain = predicts.gain, out.heldout_share = predicts.share;
+    out.probability = kept.probability, out.evidence = law.evidence;
+    out.heldout_gain = kept.predicts.gain, out.heldout_share = kept.predicts.share;
     describe_curve(out);
     return out;
   }
@@ -424,13 +464,14 @@ class Learner {
   const Experiment& experiment_;
   Hypotheses sets_;
   Hypothesis standing_;
+  std::vector<Kept> kept_;
 };
 
 }  // namespace
 
-LearnedLaws learn_laws(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                       const RunControl& control) {
-  return Learner(current, experiment, simulator, control).run();
+LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
+                       const SimulatorOptions& simulator, const RunControl& control) {
+  return Learner(plain, current, experiment, simulator, control).run();
 }
 
 }  // namespace lacuna

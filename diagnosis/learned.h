@@ -6,7 +6,8 @@
 // Processes for Machine Learning, 2006, ch. 5). The one of most evidence is put into the plant as a learned effect,
 // everything else is fitted again in full simulation, and the curve is learned again about the motion with it (Gauss
 // and Newton) until it stands. It stays if the validate recordings are predicted better by more than they scatter. Then
-// what is left is looked at again.
+// what is left is looked at again. At last every named effect is taken out and the law learned anew: names that had only
+// stood in for the law say nothing beside it, and go.
 #pragma once
 
 #include <string>
@@ -14,17 +15,20 @@
 
 #include "diagnosis/candidates.h"
 #include "diagnosis/diagnosis.h"
+#include "diagnosis/hypothesis.h"
 
 namespace lacuna {
 
 struct LearnedLaws {
   CurrentModel model;  ///< the present one with the laws found, fitted
   std::vector<LearnedLaw> laws;
+  std::vector<NamedPlace> needless;  ///< named effects that say nothing beside them, and are no part of it any more
+  CurrentModel named;                ///< what is named alone, without the laws
 };
 
-/// From `current`, which leaves a rest. Nothing is learned without validate recordings, or where the motion is measured
+/// From `current`, which leaves a rest and has named effects beyond `plain`. Nothing is learned without validate recordings, or where the motion is measured
 /// and not simulated.
-LearnedLaws learn_laws(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                       const RunControl& control);
+LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
+                       const SimulatorOptions& simulator, const RunControl& control);
 
 }  // namespace lacuna

@@ -284,6 +284,7 @@ Json json_of(const std::vector<LearnedEvent>& events) {
           {"events", list},
           {"period", nullptr},
           {"description", description_of(events)},
+          {"tells_more", nullptr},
           {"resembles", {{"law", first.resembles}, {"share", nullptr}}},
           {"probability", 1.0 / (1.0 + std::exp(-evidence))},
           {"evidence", evidence},

@@ -32,9 +32,10 @@ TEST(LearnedLaws, StandWhereTheCatalogueHasNoName) {
   ASSERT_EQ(d.learned.size(), 1u);
   const LearnedLaw& law = d.learned.front();
   EXPECT_EQ(law.place, "swing");
-  EXPECT_EQ(law.over, "q");
+  ASSERT_EQ(law.over.size(), 1u);
+  EXPECT_EQ(law.over.front().name, "q");
   EXPECT_EQ(law.unit, "N m");
-  EXPECT_EQ(law.way_unit, "rad");
+  EXPECT_EQ(law.over.front().unit, "rad");
   EXPECT_EQ(law.resembles, "gear ripple");
   EXPECT_GT(law.probability, 0.99);
   ASSERT_EQ(d.added.size(), 1u);
@@ -64,7 +65,7 @@ TEST(LearnedLaws, AreTheCurveThatWasConcealed) {
   const LearnedLaw& law = d.learned.front();
   const double period = 2.0 * std::numbers::pi / kRipplesARadian;
   EXPECT_NEAR(law.period, period, 0.01 * period);
-  EXPECT_GT(law.to - law.from, 4.0 * period) << "nothing was tested";
+  EXPECT_GT(law.over.front().to - law.over.front().from, 4.0 * period) << "nothing was tested";
   EXPECT_NEAR(law.height, kRippled, 0.1 * kRippled);
   // One percent of the period is a quarter of a radian where some four periods end: of the curve 2 %.
   double missed = 0.0, all = 0.0, mean = 0.0;
@@ -96,7 +97,7 @@ TEST(LearnedLaws, HaveTheSameBitsOnOneThreadAndOnTwo) {
   ASSERT_EQ(one.learned.size(), 1u);
   ASSERT_EQ(two.learned.size(), 1u);
   const auto values = [](const LearnedLaw& law) {
-    std::vector<double> out{law.from, law.to, law.period, law.evidence, law.heldout_gain};
+    std::vector<double> out{law.over.front().from, law.over.front().to, law.period, law.evidence, law.heldout_gain};
     for (const LearnedLaw::Point& p : law.curve) out.insert(out.end(), {p.value, p.lower95, p.upper95});
     return out;
   };

@@ -15,8 +15,8 @@ namespace {
 LearnedLaw described_law(const std::function<double(double)>& law, const std::string& over, double from, double to,
                          std::size_t knots = 33, double period = 0.0) {
   LearnedLaw out;
-  out.place = "swing", out.over = over, out.from = from, out.to = to;
-  out.unit = "N m", out.way_unit = over == "v" ? "rad/s" : "rad";
+  out.place = "swing", out.unit = "N m";
+  out.over = {{over, from, to, over == "v" ? "rad/s" : "rad", knots}};
   out.period = period;
   double height = 0.0;
   for (std::size_t k = 0; k < knots; ++k) {
@@ -154,7 +154,7 @@ TEST(ResemblanceWords, CallWhatRisesButForItsBandsRising) {
 
 TEST(ResemblanceWords, SpeakOfForcesOnASlide) {
   LearnedLaw law = described_law([](double q) { return q; }, "q", -1.0, 1.0);
-  law.unit = "N", law.way_unit = "m";
+  law.unit = "N", law.over.front().unit = "m";
   describe_curve(law);
   EXPECT_TRUE(says(law, "swing lacks a force that depends on its position: 1 N to either side")) << law.description;
 }

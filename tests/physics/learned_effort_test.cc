@@ -17,7 +17,7 @@ constexpr double kRoundings = 1e-13;       // of values about 1: some ten produc
 constexpr double kRoundingOfARun = 1e-11;  // m, over some thousand steps
 
 /// A curve over the position, or over the speed.
-struct LearnedCurve {
+struct KnottedLaw {
   bool over_speed = false;
   double from = 0.0, to = 1.0;
   std::vector<double> values;
@@ -26,7 +26,8 @@ struct LearnedCurve {
   double knot(std::size_t k) const { return from + static_cast<double>(k) * spacing(); }
   /// As the effect takes it.
   std::vector<double> numbers() const {
-    std::vector<double> out{over_speed ? 1.0 : 0.0, from, to, static_cast<double>(values.size())};
+    std::vector<double> out{over_speed ? 1.0 : 0.0, 0.0, from, to, static_cast<double>(values.size())};
+    out.resize(LearnedCurve::kValues, 0.0);  // no second variable, no period
     out.insert(out.end(), values.begin(), values.end());
     return out;
   }
@@ -43,15 +44,15 @@ struct LearnedCurve {
   }
 };
 
-LearnedCurve learned_from(const std::function<double(double)>& law, double from, double to, std::size_t knots,
+KnottedLaw learned_from(const std::function<double(double)>& law, double from, double to, std::size_t knots,
                           bool over_speed = false) {
-  LearnedCurve out{over_speed, from, to, std::vector<double>(knots)};
+  KnottedLaw out{over_speed, from, to, std::vector<double>(knots)};
   for (std::size_t k = 0; k < knots; ++k) out.values[k] = law(out.knot(k));
   return out;
 }
 
 /// Values without any pattern, of some 1 N m.
-LearnedCurve random_curve(std::uint64_t seed, std::size_t knots = 9) {
+KnottedLaw random_curve(std::uint64_t seed, std::size_t knots = 9) {
   Noise random(seed);
   return learned_from([&](double) { return random(); }, -0.8, 1.2, knots);
 }
@@ -64,21 +65,21 @@ std::vector<double> places_between(double from, double to, int count = 400) {
 }
 
 TEST(LearnedEffort, HasItsValuesAtItsKnots) {
-  const LearnedCurve curve = random_curve(1);
+  const KnottedLaw curve = random_curve(1);
   for (std::size_t k = 0; k < curve.values.size(); ++k)
     EXPECT_NEAR(curve(curve.knot(k)), curve.values[k], kRoundings) << k;
 }
 
 TEST(LearnedEffort, OfAStraightLineIsThatLineToBothEnds) {
   const auto line = [](double x) { return 0.7 - 1.3 * x; };
-  const LearnedCurve curve = learned_from(line, -0.6, 0.9, 7);
+  const KnottedLaw curve = learned_from(line, -0.6, 0.9, 7);
   for (const double x : places_between(curve.from, curve.to)) EXPECT_NEAR(curve(x), line(x), kRoundings) << x;
 }
 
 TEST(LearnedEffort, OfAParabolaIsThatParabolaButForTheOutermostSpacings) {
   constexpr double kBend = 2.1;
   const auto parabola = [](double x) { return 0.7 - 1.3 * x + kBend * x * x; };
-  const LearnedCurve curve = learned_from(parabola, -0.6, 0.9, 7);
+  const KnottedLaw curve = learned_from(parabola, -0.6, 0.9, 7);
   const double h = curve.spacing();
   for (const double x : places_between(curve.from + h, curve.to - h))
     EXPECT_NEAR(curve(x), parabola(x), kRoundings) << x;
@@ -93,7 +94,7 @@ TEST(LearnedEffort, OfAParabolaIsThatParabolaButForTheOutermostSpacings) {
 TEST(LearnedEffort, MissesASmoothLawByTheThirdOrderOfTheSpacing) {
   const auto law = [](double x) { return std::sin(3.0 * x); };
   const auto worst = [&](std::size_t knots) {
-    const LearnedCurve curve = learned_from(law, -1.0, 1.0, knots);
+    const KnottedLaw curve = learned_from(law, -1.0, 1.0, knots);
     double out = 0.0;
     for (const double x : places_between(-1.0 + curve.spacing(), 1.0 - curve.spacing(), 2000))
       out = std::max(out, std::fabs(curve(x) - law(x)));
@@ -106,7 +107,7 @@ TEST(LearnedEffort, MissesASmoothLawByTheThirdOrderOfTheSpacing) {
 }
 
 TEST(LearnedEffort, StaysLevelBeyondItsEnds) {
-  const LearnedCurve curve = random_curve(2);
+  const KnottedLaw curve = random_curve(2);
   for (const double beyond : {1e-9, 0.3, 1e6}) {
     EXPECT_EQ(curve(curve.from - beyond), curve(curve.from)) << beyond;
     EXPECT_EQ(curve(curve.to + beyond), curve(curve.to)) << beyond;
@@ -119,7 +120,7 @@ TEST(LearnedEffort, GoesThroughEveryInnerKnotWithOneSlope) {
   // Keys' kernel passes a knot at the slope between its neighbours, from either side. A difference over kWay is off by
   // half of the curvature, at most some 20 values over a squared spacing, times that way.
   constexpr double kWay = 1e-7;
-  const LearnedCurve curve = random_curve(3);
+  const KnottedLaw curve = random_curve(3);
   const double h = curve.spacing(), close = 20.0 / (h * h) * kWay + kRoundings / kWay;
   for (std::size_t k = 1; k + 1 < curve.values.size(); ++k) {
     const double x = curve.knot(k), slope = (curve.values[k + 1] - curve.values[k - 1]) / (2.0 * h);
@@ -130,16 +131,16 @@ TEST(LearnedEffort, GoesThroughEveryInnerKnotWithOneSlope) {
 
 TEST(LearnedEffort, IsNothingWithoutKnotsAndWithValuesOfZero) {
   for (const std::size_t knots : {0, 1, 4, 128}) {
-    const LearnedCurve curve{false, -1.0, 1.0, std::vector<double>(knots, 0.0)};
+    const KnottedLaw curve{false, -1.0, 1.0, std::vector<double>(knots, 0.0)};
     for (const double x : {-2.0, -1.0, 0.123, 1.0, 2.0}) EXPECT_EQ(curve(x), 0.0) << knots << " knots at " << x;
   }
 }
 
 TEST(LearnedEffort, DependsOnWhatItIsOverAndOnNothingElse) {
-  const LearnedCurve curve = random_curve(4);
+  const KnottedLaw curve = random_curve(4);
   for (const double x : places_between(-1.0, 1.4, 17)) {
     EXPECT_EQ(curve(x, 0.7), curve(x, -5.0));
-    LearnedCurve over_speed = curve;
+    KnottedLaw over_speed = curve;
     over_speed.over_speed = true;
     EXPECT_EQ(over_speed(3.0, x), curve(x));
   }
@@ -147,12 +148,12 @@ TEST(LearnedEffort, DependsOnWhatItIsOverAndOnNothingElse) {
 
 TEST(LearnedEffort, IsInEveryLaneWhatItIsInDouble) {
   using Pack = xsimd::batch<double, xsimd::sse2>;
-  const std::vector<LearnedCurve> curves{random_curve(5), random_curve(6)};
+  const std::vector<KnottedLaw> curves{random_curve(5), random_curve(6)};
   ASSERT_EQ(kLanes<Pack>, 2);
   for (const bool over_speed : {false, true}) {
     std::vector<Pack> numbers(curves[0].numbers().size());
     for (std::size_t l = 0; l < curves.size(); ++l) {
-      LearnedCurve curve = curves[l];
+      KnottedLaw curve = curves[l];
       curve.over_speed = over_speed;
       for (std::size_t i = 0; i < numbers.size(); ++i) set_lane(numbers[i], static_cast<int>(l), curve.numbers()[i]);
     }
@@ -198,8 +199,8 @@ TEST(LearnedEffort, MovesThePlantAsTheNamedLawThatItFollows) {
 TEST(LearnedEffort, OfZerosLeavesThePlantAsItWasToTheLastBit) {
   const LearnedBlock block;
   const auto plain = block.moved({});
-  EXPECT_TRUE(same_bits(block.moved({LearnedCurve{false, -1.0, 1.0, {}}.at("slide")}), plain));
-  EXPECT_TRUE(same_bits(block.moved({LearnedCurve{true, -1.0, 1.0, std::vector<double>(12, 0.0)}.at("slide")}), plain));
+  EXPECT_TRUE(same_bits(block.moved({KnottedLaw{false, -1.0, 1.0, {}}.at("slide")}), plain));
+  EXPECT_TRUE(same_bits(block.moved({KnottedLaw{true, -1.0, 1.0, std::vector<double>(12, 0.0)}.at("slide")}), plain));
 }
 
 TEST(LearnedEffort, ActsInTheRecordingsThatAreNamedAndInNoneBesideThem) {

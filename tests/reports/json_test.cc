@@ -64,7 +64,7 @@ TEST(DiagnosisJson, NamesTheRecordingOfEveryInterval) {
 }
 
 void expect_learned_at_joint_2(const Json& learned) {
-  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
+  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description", "tells_more",
                         "resembles", "probability", "evidence", "heldout"});
   EXPECT_EQ(learned["where"], "joint_2");
   EXPECT_EQ(learned["stage"], "link");

@@ -57,9 +57,9 @@ inline Finding finding() {
 /// A ripple that repeats itself over the position, or a drag that does not over the speed, as learned.
 inline LearnedLaw learned_law(bool ripple = true) {
   LearnedLaw law;
-  law.place = "joint_2", law.over = ripple ? "q" : "v";
-  law.unit = "N m", law.way_unit = ripple ? "rad" : "rad/s";
-  law.from = -1.0, law.to = 1.0, law.period = ripple ? 0.5 : 0.0;
+  law.place = "joint_2", law.unit = "N m";
+  law.over = {{ripple ? "q" : "v", -1.0, 1.0, ripple ? "rad" : "rad/s", 33}};
+  law.period = ripple ? 0.5 : 0.0;
   for (int k = 0; k <= 32; ++k) {
     const double at = -1.0 + k / 16.0;
     const double value = ripple ? 0.2 * std::sin(4.0 * std::numbers::pi * at) : -0.8 * at * std::fabs(at);
@@ -189,7 +189,7 @@ inline Diagnosis hostile_diagnosis() {
   f.parameters.front().name = f.parameters.front().unit = attack;
   d.unexplained = {true, {attack}, {attack}, {{attack, attack, 0.0, 1.0, 3.0, 1e-9}}, 0.5};
   LearnedLaw law = learned_law();
-  law.place = law.unit = law.way_unit = attack;
+  law.place = law.unit = law.over.front().unit = law.over.front().name = attack;
   describe_curve(law);
   d.learned = {law};
   LearnedEvent event = learned_event();

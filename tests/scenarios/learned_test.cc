@@ -51,14 +51,14 @@ TEST(LearnedEffortOfAScenario, IsReadToTheNumbersThatThePlantTakes) {
 }
 
 TEST(LearnedEffortOfAScenario, MayHaveItsFewestAndItsMostKnotsAndNoOthers) {
-  for (const int count : {4, 128}) {
+  for (const int count : {4, 256}) {
     const ScenarioFolder folder(with_knots(count));
     EXPECT_EQ(load_scenario(folder.file).effects[0].parameters.at("knots"), count);
   }
-  for (const int count : {3, 129}) {
+  for (const int count : {3, 257}) {
     const ScenarioFolder folder(with_knots(count));
     EXPECT_THAT(input_error([&] { load_scenario(folder.file); }),
-                HasSubstr(fmt::format("scenario.yaml:23: effects[0].knots: found a list of {}, expected 4 to 128 knots",
+                HasSubstr(fmt::format("scenario.yaml:23: effects[0].knots: found a list of {}, expected 4 to 256 knots",
                                       count)));
   }
 }
@@ -96,18 +96,24 @@ INSTANTIATE_TEST_SUITE_P(
                 "effects[0].values[2]: found \".nan\", expected a finite number"},
         Spoiled{"KnotInWords", "[-0.5, 0, 0.5, 1]", "[-0.5, zero, 0.5, 1]",
                 "effects[0].knots[1]: found \"zero\", expected a number"},
-        Spoiled{"OverTheCommand", "over: [q]", "over: [u]",
-                "effects[0].over[0]: found \"u\", expected q (the joint's position) or v (its speed)"},
-        Spoiled{"OverTwoVariables", "over: [q]", "over: [q, v]",
-                "effects[0].over: found a list of 2, expected one variable, [q] or [v]"},
-        Spoiled{"OverNothing", "over: [q]", "over: []", "effects[0].over: found a list of 0, expected one variable"},
+        Spoiled{"OverALoad", "over: [q]", "over: [load]",
+                "effects[0].over[0]: found \"load\", expected q or v (the joint's position or speed), JOINT.q or "
+                "JOINT.v, u (its command) or t (time)"},
+        Spoiled{"OverAnUnknownJoint", "over: [q]", "over: [z.q]", "effects[0].over[0]: found \"z.q\", expected q or v"},
+        Spoiled{"OverAnotherJointsCommand", "over: [q]", "over: [b.u]", "effects[0].over[0]: found \"b.u\", expected"},
+        Spoiled{"OverTwoVariablesInOneListOfKnots", "over: [q]", "over: [q, v]",
+                "effects[0].knots: found a list of 4, expected two lists of knots, one a variable"},
+        Spoiled{"OverThreeVariables", "over: [q]", "over: [q, v, u]",
+                "effects[0].over: found a list of 3, expected one variable or two, as in [q]"},
+        Spoiled{"OverNothing", "over: [q]", "over: []",
+                "effects[0].over: found a list of 0, expected one variable or two"},
         Spoiled{"OverAsAWord", "over: [q]", "over: q", "effects[0].over: found \"q\", expected a list"},
         Spoiled{"NoOver", "over: [q], ", "", "effects[0]: found no key \"over\""},
         Spoiled{"NoKnots", "knots: [-0.5, 0, 0.5, 1], ", "", "effects[0]: found no key \"knots\""},
         Spoiled{"NoValues", ", values: [0.1, -2, 3, 0]", "", "effects[0]: found no key \"values\""},
         Spoiled{"ParametersBesideIt", "over: [q]", "over: [q], parameters: {value_1: 0.1}",
                 "effects[0].parameters: found a map of 1, expected over, knots and values instead"},
-        Spoiled{"OfAnotherEffect", "learned_effort", "coulomb_friction", "only learned_effort takes it"},
+        Spoiled{"OfAnotherEffect", "learned_effort", "coulomb_friction", "only learned effects take it"},
         Spoiled{"KnotsOfAnotherEffect", "{effect: learned_effort, where: a, over: [q], ",
                 "{effect: coulomb_friction, where: a, ", "effects[0].knots: found a list of 4, expected "},
         Spoiled{"AtAnUnknownJoint", "where: a, over", "where: z, over", "effects[0].where: found the joint \"z\""}),
