@@ -207,6 +207,14 @@ std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentMode
   return out;
 }
 
+/// Whether several findings are at one joint: they may all stand for one law that has no name.
+bool has_heap(const std::vector<Finding>& findings) {
+  return std::ranges::any_of(findings, [&](const Finding& f) {
+    return f.place != "arm" &&
+           std::ranges::count_if(findings, [&](const Finding& other) { return other.place == f.place; }) > 1;
+  });
+}
+
 /// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
 /// looked at again without it. Names that a law makes needless go. Leaves the model with all of it and the one with the
 /// names alone, and returns the recordings with their events in.
@@ -215,7 +223,7 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
                  Diagnosis& out, const Report& report) {
   if (!out.before.arrived) return experiment;
   const auto laws = [&](const Experiment& of) {
-    if (!out.learned.empty() || !leaves_a_rest(current, of, simulator)) return;
+    if (!out.learned.empty() || !(has_heap(out.findings) || leaves_a_rest(current, of, simulator))) return;
     LearnedLaws learned = learn_laws(plain, current, of, simulator, control);
     out.learned = std::move(learned.laws);
     if (out.learned.empty()) return;

@@ -96,7 +96,7 @@ struct Unexplained {
 /// What no effect of the catalogue stands for, as a function of one variable or two (learned.h).
 struct LearnedLaw {
   std::string place;          ///< joint
-  Stage stage = Stage::link;    ///< of an effort; `command` and `reading`: what is added to these
+  Stage stage = Stage::link;  ///< of an effort; `command` and `reading`: what is added to these
   struct Variable {
     std::string name;             ///< "q", "v", "u" or "JOINT.q" (scenarios/learned_entry.h)
     double from = 0.0, to = 0.0;  ///< what was seen of it; beyond it the law goes on level
@@ -109,12 +109,12 @@ struct LearnedLaw {
     double at = 0.0, value = 0.0, lower95 = 0.0, upper95 = 0.0;
     double beside = 0.0;  ///< second variable
   };
-  std::vector<Point> curve;  ///< at the knots, the second variable's next to each other
+  std::vector<Point> curve;                      ///< at the knots, the second variable's next to each other
   std::vector<std::pair<double, double>> cloud;  ///< missing effort over the first variable, as measured (locate.h)
   std::string resembles;                         ///< the nearest textbook law
-  double share = 0.0;        ///< of the curve's variance that it explains
-  double period = 0.0;       ///< where it repeats itself over its first variable, in its unit; 0: it does not
-  double height = 0.0;       ///< half of the way from its lowest to its highest point
+  double share = 0.0;                            ///< of the curve's variance that it explains
+  double period = 0.0;  ///< where it repeats itself over its first variable, in its unit; 0: it does not
+  double height = 0.0;  ///< half of the way from its lowest to its highest point
   std::string description;
   std::string tells_more;      ///< which recording would; "": it is known well enough
   double probability = 0.0;    ///< that it is this joint and these variables, of those that were offered

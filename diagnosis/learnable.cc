@@ -58,6 +58,9 @@ void weigh_under(const CurveData& data, double period, Learnable& law) {
         0.5 * data.effective * std::log(data.all / left) - 0.5 * (1.0 + ratio * share * lambda).log().sum();
     if (!(evidence > law.evidence)) continue;
     law.evidence = evidence;
+    const double unexplained = data.all - (b.square() * shrunk * (2.0 - shrunk * lambda)).sum();
+    law.occam = 0.5 * (1.0 + ratio * share * lambda).log().sum() +
+                0.5 * data.effective * std::log(left / std::max(unexplained, 1e-300));
     law.values = back * (shrunk * b).matrix();
     law.errors = (left / data.effective * (back.array().square().matrix() * shrunk.matrix()).array()).sqrt();
   }
@@ -122,9 +125,14 @@ const char* learned_effect(Stage stage) {
 }
 
 bool Learnable::is_alike(const Learnable& other) const {
-  const bool second = beside ? other.beside && beside->is(*other.beside) && has_branches() == other.has_branches()
-                             : !other.beside;
+  const bool second =
+      beside ? other.beside && beside->is(*other.beside) && has_branches() == other.has_branches() : !other.beside;
   return joint == other.joint && stage == other.stage && over.is(other.over) && second;
+}
+
+bool Learnable::contains(const Learnable& other) const {
+  const bool one_of_both = over.is(other.over) || (beside && beside->is(other.over));
+  return beside && !other.beside && joint == other.joint && stage == other.stage && one_of_both;
 }
 
 EffectSpec Learnable::spec(const std::string& joint_name) const {

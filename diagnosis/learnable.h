@@ -37,12 +37,15 @@ struct Learnable {
   double period = 0.0;             ///< over the first variable, all over which the knots are then; 0: none
   Eigen::VectorXd values, errors;  ///< at the knots (the second variable's next to each other), and standard errors
   double evidence = -HUGE_VAL;
+  double occam = 0.0;  ///< part of the log evidence that the curve's freedom costs, whatever it explains
 
   /// A curve that repeats itself, from the start of the range.
   void set_period(double of);
   int size() const { return over.knots * (beside ? beside->knots : 1); }
   /// Whether it is a law of the same joint, stage and variables.
   bool is_alike(const Learnable& other) const;
+  /// Whether it is a law of two variables, one of which the other is a law of.
+  bool contains(const Learnable& other) const;
   /// Whether the second variable only says which way the joint moves.
   bool has_branches() const { return beside && beside->knots == 2; }
   /// As an effect of a scenario.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/hypothesis.h"
@@ -20,15 +21,15 @@ namespace lacuna {
 namespace {
 
 constexpr std::array kFine{8, 16, 32, 64, 128, 256};  ///< knots over the range travelled
-constexpr std::array kSharp{8, 16, 32, 64};      ///< where something may turn within a small part of it
-constexpr std::array kCoarse{8, 16, 32};         ///< where nothing repeats itself many times
-constexpr std::array kOfOthers{8, 16};           ///< over what another joint does
-constexpr std::array kOfMaps{6};                 ///< of either variable
-constexpr int kInPeriod = 24;                    ///< of a curve that repeats itself
-constexpr double kAtRest = 0.05;                 ///< of a joint's rms speed, within which it moves neither way
-constexpr double kNudge = 0.01;                  ///< of a joint's rms command, by which its sensitivity is taken
-constexpr double kNotToldApart = 3.0;            ///< log evidence: 20 to 1
-constexpr double kInterval = 1.96;               ///< standard errors of a 95 % band
+constexpr std::array kSharp{8, 16, 32, 64};           ///< where something may turn within a small part of it
+constexpr std::array kCoarse{8, 16, 32};              ///< where nothing repeats itself many times
+constexpr std::array kOfOthers{8, 16};                ///< over what another joint does
+constexpr std::array kOfMaps{6};                      ///< of either variable
+constexpr int kInPeriod = 24;                         ///< of a curve that repeats itself
+constexpr double kAtRest = 0.05;                      ///< of a joint's rms speed, within which it moves neither way
+constexpr double kNudge = 0.01;                       ///< of a joint's rms command, by which its sensitivity is taken
+constexpr double kNotToldApart = 3.0;                 ///< log evidence: 20 to 1
+constexpr double kInterval = 1.96;                    ///< standard errors of a 95 % band
 
 constexpr double kLeastTaken = 0.25;  ///< of the validate recordings' rest, that it takes away: as of a finding
 constexpr int kRefitSteps = 5;        ///< of the plain parameters beside a curve on its way
@@ -126,9 +127,10 @@ class Learner {
   LearnedLaws run() {
     LearnedLaws out{standing_.model, {}, {}, standing_.model};
     if (sets_.validate().empty() || !sets_.fit(standing_.model, kRefitSteps)) return out;
-    const std::vector<EffectSpec> names = standing_.effects;
+    replace_heaps(out.needless);
+    const std::vector<EffectSpec> names = named_effects();
     for (int law = 0; law < out.model.model.dof(); ++law) {
-      if (law > 0 && !leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
+      if (!leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
       const std::vector<Learnable> offered = offer();
       if (offered.empty() || !learn(offered)) break;
     }
@@ -237,8 +239,8 @@ class Learner {
     return G.size() > 0 ? Eigen::VectorXd(about.rest - G * stands->values) : Eigen::VectorXd();
   }
   static CurveData data_of(const About& about, const Eigen::MatrixXd& G, const Eigen::VectorXd& without) {
-    return {G.transpose() * G, -(G.transpose() * without), without.squaredNorm(), static_cast<double>(about.rest.size()),
-            about.effective};
+    return {G.transpose() * G, -(G.transpose() * without), without.squaredNorm(),
+            static_cast<double>(about.rest.size()), about.effective};
   }
 
   /// The curve anew, about a motion of which `stands` (null: nothing) is part. No evidence: it cannot be had.
@@ -309,19 +311,32 @@ class Learner {
       std::optional<Hypothesis> next = with(tried, base);
       const double now = left_by(best ? best->set : base), then = next ? left_by(*next) : HUGE_VAL;
       if (!(then < now)) {
-        if (++halved > kHalvings) break;
+        if (++halved > kHalvings || (best && best->law.size() != tried.size())) break;
         const Eigen::VectorXd from = best ? best->law.values : Eigen::VectorXd::Zero(start.values.size());
         tried.values = 0.5 * (tried.values + from);
         continue;
       }
       const bool stands = best && then > (1.0 - kStands) * now;
       best.emplace(tried, std::move(*next));
-      bend(About(*this, best->set.model), &best->law, tried);
+      const About about(*this, best->set.model);
+      bend(about, &best->law, tried);
       if (!std::isfinite(tried.evidence)) break;
-      best->law.evidence = tried.evidence, best->law.errors = tried.errors;
-      if (stands) break;
+      best->law.evidence = tried.evidence, best->law.occam = tried.occam, best->law.errors = tried.errors;
+      if (!refine(about, best->law, tried) && stands) break;
     }
     return best;
+  }
+
+  /// Twice the knots, where the motion with the law in it speaks for them: before, its own trace hid what they show.
+  bool refine(const About& about, const Learnable& stands, Learnable& law) const {
+    Learnable finer = law;
+    finer.over.knots *= 2;
+    const bool simulated = law.stage == Stage::command;  // about the law's own knots, as the model has them
+    if (simulated || law.period > 0.0 || finer.over.knots > kMostKnots || finer.size() > kMostValues) return false;
+    bend(about, &stands, finer);
+    if (!(finer.evidence > law.evidence + kNotToldApart)) return false;
+    law = finer;
+    return true;
   }
 
   /// A curve that repeats itself says more with less: it stands where it predicts the validate recordings as well. What
@@ -358,22 +373,29 @@ class Learner {
     return out;
   }
 
-  /// Puts the one in that, fitted in full, train and validate recordings together speak for most; those are tried that
-  /// are not clearly behind the first, and others where nothing passed.
+  /// What train recordings (the freedom of either curve paid for) and validate recordings together say for one law over
+  /// another.
+  double says_over(const Fitted& one, const Fitted& other) const {
+    return sets_.log_odds(one.set, other.set) - one.law.occam + other.law.occam +
+           sets_.heldout_difference(one.set, other.set).gain;
+  }
+  /// Puts the one in that, fitted in full, train and validate recordings together speak for most. Those are tried that
+  /// are not clearly behind the first, others where nothing passed, and of a law of two variables what one alone does.
   bool learn(const std::vector<Learnable>& offered) {
     std::optional<Fitted> best;
     HeldoutDifference predicts;
     std::vector<double> says;
     for (const Learnable& law : offered) says.push_back(law.evidence);
     std::size_t which = 0;
-    for (std::size_t k = 0; k < std::min(kTried, offered.size()); ++k) {
-      if (best && offered[k].evidence < offered[0].evidence - kWorthLearning) break;
+    for (std::size_t k = 0; k < offered.size(); ++k) {
+      const bool behind = k >= kTried || offered[k].evidence < offered[0].evidence - kWorthLearning;
+      if (best ? behind && !best->law.contains(offered[k]) : k >= kTried) continue;
       std::optional<Fitted> found = fitted(offered[k], standing_);
       if (!found) continue;
       if (!found->law.beside && found->law.over.over == LearnedCurve::kPosition) look_for_a_period(*found);
       const HeldoutDifference here = sets_.heldout_difference(found->set, standing_);
       if (!(found->law.evidence > kWorthLearning) || !here.speaks_for() || here.share < kLeastTaken) continue;
-      says[k] += here.gain;
+      says[k] = best ? says[which] + says_over(*found, *best) : says[k] + here.gain;
       if (best && says[k] <= says[which]) continue;
       which = k, predicts = here, best = std::move(found);
     }
@@ -381,6 +403,40 @@ class Learner {
     kept_.push_back({std::move(best->law), predicts, probability_of(says, which)});
     standing_ = std::move(best->set);
     return true;
+  }
+
+  std::vector<EffectSpec> named_effects() const {
+    std::vector<EffectSpec> out = standing_.effects;
+    std::erase_if(out, [](const EffectSpec& spec) { return is_learned(spec.effect); });
+    return out;
+  }
+  /// Several names at one joint may all stand for one law that has none: that is learned in their place, and stays
+  /// where evidence, the law's freedom paid for, prefers it to all of them and the validate recordings do not object.
+  void replace_heaps(std::vector<NamedPlace>& needless) {
+    for (int joint = 0; joint < standing_.model.model.dof(); ++joint) {
+      SetChange without;
+      for (const EffectSpec& spec : named_effects())
+        if (spec.place == experiment_.joint_names[static_cast<std::size_t>(joint)])
+          without.out.push_back(place_of(spec));
+      if (without.out.size() < 2) continue;
+      std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
+      if (!base) continue;
+      const Hypothesis named = std::exchange(standing_, std::move(*base));
+      std::vector<Learnable> offered = offer();
+      std::erase_if(offered, [&](const Learnable& law) { return law.joint != joint; });
+      const bool learned = !offered.empty() && learn(offered);
+      if (learned && is_preferred_to(named)) {
+        needless.insert(needless.end(), without.out.begin(), without.out.end());
+        continue;
+      }
+      if (learned) kept_.pop_back();
+      standing_ = named;
+    }
+  }
+  bool is_preferred_to(const Hypothesis& named) const {
+    const double prior = sets_.log_prior(standing_.effects) - sets_.log_prior(named.effects);
+    const double odds = sets_.log_odds(standing_, named) + prior - kept_.back().law.occam;
+    return odds > 0.0 && !sets_.heldout_difference(standing_, named).speaks_against();
   }
 
   /// Takes a named effect out where the last law, learned anew without it, does what both did: where the effect takes

@@ -6,8 +6,8 @@
 // Processes for Machine Learning, 2006, ch. 5). The one of most evidence is put into the plant as a learned effect,
 // everything else is fitted again in full simulation, and the curve is learned again about the motion with it (Gauss
 // and Newton) until it stands. It stays if the validate recordings are predicted better by more than they scatter. Then
-// what is left is looked at again. At last every named effect is taken out and the law learned anew: names that had only
-// stood in for the law say nothing beside it, and go.
+// what is left is looked at again. At last every named effect is taken out and the law learned anew: names that had
+// only stood in for the law say nothing beside it, and go.
 #pragma once
 
 #include <string>
@@ -26,8 +26,8 @@ struct LearnedLaws {
   CurrentModel named;                ///< what is named alone, without the laws
 };
 
-/// From `current`, which leaves a rest and has named effects beyond `plain`. Nothing is learned without validate recordings, or where the motion is measured
-/// and not simulated.
+/// From `current`, which leaves a rest and has named effects beyond `plain`. Nothing is learned without validate
+/// recordings, or where the motion is measured and not simulated.
 LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
                        const SimulatorOptions& simulator, const RunControl& control);
 

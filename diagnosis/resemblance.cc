@@ -230,7 +230,8 @@ std::string words_of(const LearnedLaw::Variable& variable) {
 /// What is there, and what it depends on.
 std::string subject(const LearnedLaw& law) {
   std::string on = words_of(law.over.front());
-  if (law.over.size() > 1) on += law.over[1].knots == 2 ? " and on which way it moves" : " and on " + words_of(law.over[1]);
+  if (law.over.size() > 1)
+    on += law.over[1].knots == 2 ? " and on which way it moves" : " and on " + words_of(law.over[1]);
   switch (law.stage) {
     case Stage::command: return fmt::format("the command of {} arrives changed by what depends on {}", law.place, on);
     case Stage::reading: return fmt::format("the position of {} is read wrong by what depends on {}", law.place, on);
@@ -251,7 +252,8 @@ Eigen::MatrixXd table_of(const LearnedLaw& law) {
 /// rest a curve over the position.
 void describe_branches(LearnedLaw& law) {
   const Eigen::MatrixXd table = table_of(law);
-  const Eigen::ArrayXd friction = 0.5 * (table.col(0) - table.col(1)).array(), both = 0.5 * table.rowwise().sum().array();
+  const Eigen::ArrayXd friction = 0.5 * (table.col(0) - table.col(1)).array(),
+                       both = 0.5 * table.rowwise().sum().array();
   const double turns = friction.square().sum(), stays = (both - both.mean()).square().sum();
   law.share = turns + stays > 0.0 ? turns / (turns + stays) : 0.0;
   law.resembles = "friction that depends on the position";
@@ -283,10 +285,10 @@ void describe_map(LearnedLaw& law) {
 void describe_one(LearnedLaw& law) {
   const Match match = nearest(points_of(law), kind_of(law));
   law.resembles = match.law->name, law.share = std::clamp(match.share, 0.0, 1.0);
-  law.description = fmt::format("{}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of the curve)",
-                                subject(law), law.height, law.unit, shape_words(law),
-                                law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles,
-                                100.0 * law.share);
+  law.description =
+      fmt::format("{}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of the curve)", subject(law),
+                  law.height, law.unit, shape_words(law), law.share > kAlike ? "like" : "no textbook law, nearest is",
+                  law.resembles, 100.0 * law.share);
 }
 
 /// Where least is known of the law, beside its height.

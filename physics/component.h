@@ -33,9 +33,9 @@ struct JointView {
   T direction = T(0.0);
   const T* speeds = nullptr;     ///< rad/s (m/s), v of all the arm's joints
   const T* positions = nullptr;  ///< rad (m), q of all of them
-  int joints = 0;             ///< how many
-  T drive = T(0.0);           ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
-  T load = T(0.0);            ///< N m or N, that effort without the actuator's damping: what loads the joint
+  int joints = 0;                ///< how many
+  T drive = T(0.0);              ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T load = T(0.0);               ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 

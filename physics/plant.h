@@ -19,10 +19,10 @@ namespace lacuna {
 /// When a plant is asked for its efforts.
 template <class T>
 struct Instant {
-  T t = T(0.0);               ///< s, from the start of the session
-  T since = T(0.0);           ///< s, since the start of the step, to which the memories belong
-  const T* speeds = nullptr;  ///< rad/s (m/s), v of all joints
-  T step = T(0.0);            ///< s, length of that step while its efforts are asked for; 0: none is on
+  T t = T(0.0);                  ///< s, from the start of the session
+  T since = T(0.0);              ///< s, since the start of the step, to which the memories belong
+  const T* speeds = nullptr;     ///< rad/s (m/s), v of all joints
+  T step = T(0.0);               ///< s, length of that step while its efforts are asked for; 0: none is on
   const T* positions = nullptr;  ///< rad (m), q of all joints
 };
 
@@ -278,8 +278,8 @@ class Plant {
   }
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     JointView<T> s;
-    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.positions = now.positions, s.joints = dof(), s.step = now.step,
-    s.resolved = resolved_;
+    s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.positions = now.positions, s.joints = dof(),
+    s.step = now.step, s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = parameter_at(parts.roles.damping, 0.0), s.stiffness = parameter_at(parts.roles.stiffness, 0.0),
     s.rest = parameter_at(parts.roles.rest, 0.0);

@@ -219,7 +219,8 @@ void check_knots(const EffectSpec& spec, int joints) {
   const double period = given(spec, "period", 0.0), knots = given(spec, "knots", 0.0);
   const double apart = (given(spec, "to", 1.0) - given(spec, "from", 0.0)) / (knots - 1.0);
   if (period > 0.0 && !(std::fabs(apart * knots - period) < 1e-6 * period))
-    throw InputError(spec.where, fmt::format("a period of {}", period), "that of the knots, one spacing beyond the last");
+    throw InputError(spec.where, fmt::format("a period of {}", period),
+                     "that of the knots, one spacing beyond the last");
   const bool reading = spec.effect == "learned_reading";
   const bool own = given(spec, "of", 0.0) == 0.0 && given(spec, "over", 0.0) == 0.0;
   if (reading && (!own || given(spec, "knots_2", 0.0) > 0.0))

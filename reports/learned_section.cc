@@ -56,7 +56,8 @@ Html plot(const LearnedLaw& law) {
   const LearnedLaw::Variable& over = law.over.front();
   const std::vector<Slice> slices = slices_of(law);
   LinePlot out;
-  out.title = fmt::format("{} at {} over the {} of {}", what_of(law), law.place, quantity_of(over), owner_of(law, over));
+  out.title =
+      fmt::format("{} at {} over the {} of {}", what_of(law), law.place, quantity_of(over), owner_of(law, over));
   out.description = "The curve with its 95 % band, over what the train recordings have seen; beyond it goes on level.";
   out.x_label = fmt::format("{} of {}", quantity_of(over), owner_of(law, over)), out.x_unit = over.unit;
   out.y_label = what_of(law), out.y_unit = law.unit;

@@ -298,13 +298,16 @@ Html to_svg(const HeatMap& map) {
   const double right = map.width - kRight, bottom = map.height - kBelow;
   std::string out = open_svg(map.width, map.height, map.title, map.description);
   for (std::size_t k = 0; rows > 0 && k < rows * map.columns; ++k) {
-    const double w = (right - kLeftEdge) / static_cast<double>(map.columns), h = (bottom - kTop) / static_cast<double>(rows);
+    const double w = (right - kLeftEdge) / static_cast<double>(map.columns),
+                 h = (bottom - kTop) / static_cast<double>(rows);
     const double x = kLeftEdge + w * static_cast<double>(k / rows);
     const double y = bottom - h * static_cast<double>(k % rows + 1);
     const double share = std::isfinite(map.values[k]) && highest > 0.0 ? map.values[k] / highest : 0.0;
     out += box(x, y, w, h, color_of(share < 0.0 ? Ink::before : Ink::after), std::fabs(share));
   }
-  const auto axis = [](const std::pair<double, double>& range) { return make_axis(range.first, range.second, 6, true); };
+  const auto axis = [](const std::pair<double, double>& range) {
+    return make_axis(range.first, range.second, 6, true);
+  };
   const Axis1d across = axis(map.x_range), up = axis(map.y_range);
   for (std::size_t i = 0; i < across.ticks.size(); ++i)
     out += words(kLeftEdge + (right - kLeftEdge) * (across.ticks[i] - across.low) / (across.high - across.low),

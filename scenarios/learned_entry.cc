@@ -23,7 +23,8 @@ constexpr std::size_t kMostValues = 256;
 /// "q", or "elbow.q", as `over` and `of`.
 void put_variable(const YamlCursor& at, const std::string& suffix, const Robot& robot,
                   std::map<std::string, double>& out) {
-  const char* const expected = "q or v (the joint's position or speed), JOINT.q or JOINT.v, u (its command) or t (time)";
+  const char* const expected =
+      "q or v (the joint's position or speed), JOINT.q or JOINT.v, u (its command) or t (time)";
   const std::string name = at.text();
   const std::size_t dot = name.rfind('.');
   const std::string letter = dot == std::string::npos ? name : name.substr(dot + 1);
@@ -92,8 +93,7 @@ std::map<std::string, double> parse_curve(const YamlCursor& entry, const Robot& 
   const auto variables = over.items();
   if (variables.empty() || variables.size() > kSuffixes.size()) over.fail("one variable or two, as in [q]");
   std::map<std::string, double> out;
-  for (std::size_t k = 0; k < variables.size(); ++k)
-    put_variable(variables[k], kSuffixes.at(k), robot, out);
+  for (std::size_t k = 0; k < variables.size(); ++k) put_variable(variables[k], kSuffixes.at(k), robot, out);
   if (variables.size() == 1) {
     put_values(values, put_knots(knots, 0, out), 0, out);
     if (const auto period = entry.find("period")) out["period"] = period->positive_number();
@@ -133,7 +133,8 @@ std::string curve_text(const EffectSpec& spec, const Robot& robot) {
     return fmt::format(", over: [{}], knots: [{}], values: [{}]{}", names, knots_text(spec, ""), listed(rows, value),
                        period > 0.0 ? ", period: " + format_number(period) : "");
   for (int row = 0; row < rows; ++row)
-    values += fmt::format("{}[{}]", row > 0 ? ", " : "", listed(columns, [&](int k) { return value(row * columns + k); }));
+    values +=
+        fmt::format("{}[{}]", row > 0 ? ", " : "", listed(columns, [&](int k) { return value(row * columns + k); }));
   return fmt::format(", over: [{}], knots: [[{}], [{}]], values: [{}]", names, knots_text(spec, ""),
                      knots_text(spec, "_2"), values);
 }

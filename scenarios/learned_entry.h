@@ -4,7 +4,8 @@
 // Variables: q and v, the joint's own position and speed; u, its command; t, the session's time (s); JOINT.q and
 // JOINT.v, another joint's. Knots are even, 4 to 256 of the first variable and 2 to 16 of the second; values are a row
 // for each knot of the first. `period`, of a law of one variable, makes it repeat itself: then the knots lie all over
-// one period, the last one spacing before its end. To the plant they are the numbers of physics/effects/learned_curve.h.
+// one period, the last one spacing before its end. To the plant they are the numbers of
+// physics/effects/learned_curve.h.
 #pragma once
 
 #include <map>

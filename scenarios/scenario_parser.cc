@@ -271,7 +271,8 @@ void ScenarioParser::expect_recording(const std::string& file, const YamlCursor&
 }
 
 EffectSpec ScenarioParser::parse_effect(const YamlCursor& entry) const {
-  entry.expect_keys({"effect", "where", "parameters", "recordings", "probability", "over", "knots", "values", "period"});
+  entry.expect_keys(
+      {"effect", "where", "parameters", "recordings", "probability", "over", "knots", "values", "period"});
   EffectSpec spec;
   spec.where = entry.where();
   spec.effect = entry.at("effect").text();

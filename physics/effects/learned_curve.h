@@ -9,8 +9,9 @@
 namespace lacuna {
 
 /// A law that nobody wrote down: a function of one or two variables, as its values at evenly spaced knots, with cubic
-/// convolution between them (R. G. Keys, IEEE Trans. ASSP 29, 1981); two knots are a straight line. Beyond the outermost
-/// it stays as it is there, or begins anew where it has a period. Zero where all values are zero or there are none.
+/// convolution between them (R. G. Keys, IEEE Trans. ASSP 29, 1981); two knots are a straight line. Beyond the
+/// outermost it stays as it is there, or begins anew where it has a period. Zero where all values are zero or there are
+/// none.
 struct LearnedCurve {
   /// What a variable is, as parameters `over` say it. `of` says whose: 0 the joint at which the law stands, else the
   /// number of a joint, from 1 on.
@@ -33,7 +34,8 @@ struct LearnedCurve {
         {"from_2", kUnit, 0.0, -1e9, 1e9, "first knot"},
         {"to_2", kUnit, 1.0, -1e9, 1e9, "last knot"},
         {"knots_2", "1", 0.0, 0.0, kMostBeside, "how many there are; 0: a law of one variable"},
-        {"period", kUnit, 0.0, 0.0, 1e9, "of the first variable, the knots all over it; 0: the law does not repeat itself"},
+        {"period", kUnit, 0.0, 0.0, 1e9,
+         "of the first variable, the knots all over it; 0: the law does not repeat itself"},
         value};
     for (ParameterInfo& p : out) p.structural = !p.per_knot;
     return out;

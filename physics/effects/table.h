@@ -51,6 +51,7 @@ using Effects =
                   StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
                   QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
                   GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
-                  BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale, LearnedEffort>;
+                  BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale,
+                  LearnedEffort>;
 
 }  // namespace lacuna

@@ -185,10 +185,10 @@ recordings:
 TEST(ConcealOutside, EveryKindIsHiddenAndDescribed) {
   const TwoLinks arm;
   const std::map<std::string, std::pair<std::string, std::vector<std::string>>> told{
-      {"position_ripple", {"link", {"q"}}},         {"external_push", {"link", {"t"}}},
-      {"command_dropout", {"command", {"t"}}},      {"counterbalance_spring", {"link", {"q"}}},
-      {"tight_spot", {"link", {"q", "v"}}}, {"valve_notch", {"command", {"u"}}},
-      {"cable_drag", {"link", {"shoulder.q"}}},     {"repeated_samples", {"reading", {"t"}}}};
+      {"position_ripple", {"link", {"q"}}},     {"external_push", {"link", {"t"}}},
+      {"command_dropout", {"command", {"t"}}},  {"counterbalance_spring", {"link", {"q"}}},
+      {"tight_spot", {"link", {"q", "v"}}},     {"valve_notch", {"command", {"u"}}},
+      {"cable_drag", {"link", {"shoulder.q"}}}, {"repeated_samples", {"reading", {"t"}}}};
   for (const std::string& kind : kOutside) {
     const auto label = arm.label(kind + "/case", {"--effect", kind + ":elbow", "--visibility", "4"});
     const auto& hidden = label.at("effects")[0];

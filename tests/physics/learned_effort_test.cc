@@ -45,7 +45,7 @@ struct KnottedLaw {
 };
 
 KnottedLaw learned_from(const std::function<double(double)>& law, double from, double to, std::size_t knots,
-                          bool over_speed = false) {
+                        bool over_speed = false) {
   KnottedLaw out{over_speed, from, to, std::vector<double>(knots)};
   for (std::size_t k = 0; k < knots; ++k) out.values[k] = law(out.knot(k));
   return out;

@@ -64,8 +64,8 @@ TEST(DiagnosisJson, NamesTheRecordingOfEveryInterval) {
 }
 
 void expect_learned_at_joint_2(const Json& learned) {
-  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description", "tells_more",
-                        "resembles", "probability", "evidence", "heldout"});
+  expect_keys(learned, {"where", "stage", "over", "unit", "over_unit", "curve", "events", "period", "description",
+                        "tells_more", "resembles", "probability", "evidence", "heldout"});
   EXPECT_EQ(learned["where"], "joint_2");
   EXPECT_EQ(learned["stage"], "link");
 }
