@@ -1,6 +1,6 @@
 // One rollout of two seconds at steps of 5 ms: every engine, and a full pack of lanes (time per item is per model); the
-// same arm on hydraulic actuators, beside which `hydraulic_over_torque` gives the time over that of torque sources, both
-// taken in turn in one run.
+// same arm on hydraulic actuators, beside which `hydraulic_over_torque` gives the time over that of torque sources,
+// both taken in turn in one run.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -69,9 +69,10 @@ void hydraulic_rollout(benchmark::State& bench, const std::string& engine, int m
 }
 
 void register_hydraulic(const std::string& name, const std::string& engine, int models) {
-  benchmark::RegisterBenchmark(("rollout_2s_hydraulic/" + name).c_str(), [engine, models](benchmark::State& bench) {
-    hydraulic_rollout(bench, engine, models);
-  })->Unit(benchmark::kMillisecond)->UseManualTime();
+  benchmark::RegisterBenchmark(("rollout_2s_hydraulic/" + name).c_str(),
+                               [engine, models](benchmark::State& bench) { hydraulic_rollout(bench, engine, models); })
+      ->Unit(benchmark::kMillisecond)
+      ->UseManualTime();
 }
 
 const bool registered = [] {

@@ -24,7 +24,7 @@ class FastMotion {
  public:
   using State = std::vector<T>;  ///< q, v, then the plant's other states
 
-  FastMotion(std::size_t joints, std::size_t size) : n_(joints), size_(size), column_(n_, T(0.0)) {
+  FastMotion(std::size_t joints, std::size_t size) : n_(joints), size_(size), pivot_(n_, T(0.0)), column_(n_, T(0.0)) {
     for (State* w : {&d_, &d2_, &n2_, &n3_, &n4_, &stage_, &still_, &slope_, &bend_, &rate_, &next_, &before_})
       w->assign(size_, T(0.0));
     for (State* w : {&inverse_, &factor_, &effective_}) w->assign(n_ * n_, T(0.0));
@@ -85,8 +85,8 @@ class FastMotion {
   }
 
  private:
-  static constexpr int kTerms = 8;           ///< of the exponential's series
-  static constexpr double kPiece = 1.6;      ///< rad in a piece: 1.6^9 / 9! = 2e-4 of the fast motion is left out
+  static constexpr int kTerms = 8;            ///< of the exponential's series
+  static constexpr double kPiece = 1.6;       ///< rad in a piece: 1.6^9 / 9! = 2e-4 of the fast motion is left out
   static constexpr double kMostPieces = 256;  ///< of a step: what is faster yet diverges
 
   static void begin(State& d) { std::fill(d.begin(), d.end(), T(0.0)); }
@@ -147,13 +147,14 @@ class FastMotion {
     }
   }
 
-  /// Cholesky's factor.
+  /// Cholesky's factor, and one over its diagonal.
   void factorise(const std::vector<T>& mass) {
     for (std::size_t i = 0; i < n_; ++i) {
       for (std::size_t j = 0; j <= i; ++j) {
         T sum = mass[i * n_ + j];
         for (std::size_t k = 0; k < j; ++k) sum = sum - factor_[i * n_ + k] * factor_[j * n_ + k];
-        factor_[i * n_ + j] = i == j ? sqrt(sum) : sum / factor_[j * n_ + j];
+        if (i == j) pivot_[i] = T(1.0) / sqrt(sum);
+        factor_[i * n_ + j] = sum * pivot_[j];
       }
     }
   }
@@ -162,12 +163,12 @@ class FastMotion {
     for (std::size_t i = 0; i < n_; ++i) {
       T sum(i == column ? 1.0 : 0.0);
       for (std::size_t k = 0; k < i; ++k) sum = sum - factor_[i * n_ + k] * column_[k];
-      column_[i] = sum / factor_[i * n_ + i];
+      column_[i] = sum * pivot_[i];
     }
     for (std::size_t i = n_; i-- > 0;) {
       T sum = column_[i];
       for (std::size_t k = i + 1; k < n_; ++k) sum = sum - factor_[k * n_ + i] * inverse_[k * n_ + column];
-      inverse_[i * n_ + column] = sum / factor_[i * n_ + i];
+      inverse_[i * n_ + column] = sum * pivot_[i];
     }
   }
   /// What is left of the inverse when joint j cannot move: Schur's complement.
@@ -194,7 +195,7 @@ class FastMotion {
   std::size_t n_, size_;
   std::vector<Spring> springs_;
   State inverse_, factor_, effective_;  ///< n x n; the inverses in 1/(kg m^2), the second with held joints taken out
-  State column_;
+  State pivot_, column_;
   State d_, d2_, n2_, n3_, n4_, stage_, still_, slope_, bend_;  ///< of a step
   State rate_, next_, before_;                                  ///< of a piece
   T fastest_ = T(0.0);                                          ///< rad/s

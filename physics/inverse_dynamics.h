@@ -49,7 +49,11 @@ template <class T, class Dyn>
 class InverseDynamicsRun {
  public:
   InverseDynamicsRun(Plant<T, Dyn>& plant, const Segment& segment)
-      : plant_(plant), segment_(segment), motion_(*segment.motion), n_(static_cast<std::size_t>(plant.dof())), fast_(n_, 2 * n_ + static_cast<std::size_t>(plant.states()) + 1) {
+      : plant_(plant),
+        segment_(segment),
+        motion_(*segment.motion),
+        n_(static_cast<std::size_t>(plant.dof())),
+        fast_(n_, 2 * n_ + static_cast<std::size_t>(plant.states()) + 1) {
     for (std::vector<T>* each : {&q_, &v_, &a_, &u_, &tau_}) each->assign(n_, T(0.0));
     z_.assign(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
     m_.assign(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
@@ -158,8 +162,7 @@ class InverseDynamicsRun {
     rates(k, begin + half, moved(k1, 0.5 * h), k2.data());
     rates(k, begin + half, moved(k2, 0.5 * h), k3.data());
     rates(k, begin + 2.0 * half, moved(k3, h), k4.data());
-    for (std::size_t i = 0; i < z_.size(); ++i)
-      z_[i] = z_[i] + T(h / 6.0) * (k1[i] + T(2.0) * (k2[i] + k3[i]) + k4[i]);
+    for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = z_[i] + T(h / 6.0) * (k1[i] + T(2.0) * (k2[i] + k3[i]) + k4[i]);
   }
 
   /// The motion is given: no spring moves a joint (fast_ knows of no inertia), and only the states change.

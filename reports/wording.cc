@@ -294,8 +294,8 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
   }
   const std::size_t dot = entry.rfind('.');
   const std::string kind = dot == std::string::npos ? "" : entry.substr(dot + 1);
-  const bool qualified = kind == "velocity" || kind == "effort" || kind == "motor_position" ||
-                         kind == "pressure_a" || kind == "pressure_b";
+  const bool qualified = kind == "velocity" || kind == "effort" || kind == "motor_position" || kind == "pressure_a" ||
+                         kind == "pressure_b";
   const auto efforts = scenario.channels.of.find(ChannelKind::effort);
   const bool measured = efforts != scenario.channels.of.end() && efforts->second.count(entry) > 0;
   if (!qualified && !measured && std::holds_alternative<InverseDynamics>(scenario.prediction))

@@ -399,19 +399,17 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
 void ScenarioParser::note_unused_pressures() {
   const bool simulated = !std::holds_alternative<InverseDynamics>(out_.prediction);
   const auto has_areas = [&](const std::string& joint) {
-    return std::any_of(out_.actuators.begin(), out_.actuators.end(), [&](const ActuatorSpec& a) {
-      return a.joint == joint && a.parameters.count("area_a") > 0;
-    });
+    return std::any_of(out_.actuators.begin(), out_.actuators.end(),
+                       [&](const ActuatorSpec& a) { return a.joint == joint && a.parameters.count("area_a") > 0; });
   };
   for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) {
     const auto channels = out_.channels.of.find(kind);
     if (channels == out_.channels.of.end()) continue;
     for (const auto& [joint, unused] : channels->second) {
       if (simulated && has_areas(joint)) continue;
-      out_.notes.push_back(fmt::format("channels.{} of {}: read and checked, but not used: {}", to_string(kind),
-                                       printable(joint, 60),
-                                       simulated ? "only a hydraulic actuator predicts a pressure"
-                                                 : "inverse dynamics predicts no pressure"));
+      out_.notes.push_back(fmt::format(
+          "channels.{} of {}: read and checked, but not used: {}", to_string(kind), printable(joint, 60),
+          simulated ? "only a hydraulic actuator predicts a pressure" : "inverse dynamics predicts no pressure"));
     }
   }
 }

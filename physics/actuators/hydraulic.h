@@ -14,8 +14,8 @@ namespace lacuna {
 /// lever_a and lever_b from the joint's axis, phi = q + lever_angle apart: c^2 = a^2 + b^2 - 2 a b cos(phi),
 /// ds/dq = a b sin(phi) / c; an angle from -pi to 0 has the cylinder on the other side. Pressures stay between the
 /// vacuum's and the relief valve's or the supply's: a cylinder against a load that it cannot move stops taking oil in.
-/// Pressures are gauge ones. States: p_A, p_B in kPressureUnit. Sources: H. E. Merritt, Hydraulic Control Systems, 1967, ch. 3, 5, 6; M. Jelali, A. Kroll, Hydraulic
-/// Servo-systems, 2003, ch. 4.
+/// Pressures are gauge ones. States: p_A, p_B in kPressureUnit. Sources: H. E. Merritt, Hydraulic Control Systems,
+/// 1967, ch. 3, 5, 6; M. Jelali, A. Kroll, Hydraulic Servo-systems, 2003, ch. 4.
 struct Hydraulic {
   static constexpr int states = 2;
 
@@ -42,8 +42,8 @@ struct Hydraulic {
     const T port_b = select(open > T(0.0), p[kReturn], p[kSupply]);
     const T flow_a = width * orifice(port_a - a) - p[kAreaA] * swept - across - outward(p, a);
     const T flow_b = width * orifice(port_b - b) + p[kAreaB] * swept + across - outward(p, b);
-    out[0] = flow_a / (T(kPressureUnit) * capacity(p, kVolumeA, kAreaA, link.stroke));
-    out[1] = flow_b / (T(kPressureUnit) * capacity(p, kVolumeB, kAreaB, T(0.0) - link.stroke));
+    out[0] = T(1.0 / kPressureUnit) * flow_a * stiffness(p, kVolumeA, kAreaA, link.stroke);
+    out[1] = T(1.0 / kPressureUnit) * flow_b * stiffness(p, kVolumeB, kAreaB, T(0.0) - link.stroke);
   }
 
   /// Oil springs and the pressures' own settling.
@@ -53,40 +53,43 @@ struct Hydraulic {
     const T a = s.z[0] * T(kPressureUnit), b = s.z[1] * T(kPressureUnit), open = opening(p, s.u), width = abs(open);
     const T port_a = select(open > T(0.0), p[kSupply], p[kReturn]);
     const T port_b = select(open > T(0.0), p[kReturn], p[kSupply]);
-    const T take_a = T(1.0) / capacity(p, kVolumeA, kAreaA, link.stroke);
-    const T take_b = T(1.0) / capacity(p, kVolumeB, kAreaB, T(0.0) - link.stroke);
+    const T rise_a = stiffness(p, kVolumeA, kAreaA, link.stroke);
+    const T rise_b = stiffness(p, kVolumeB, kAreaB, T(0.0) - link.stroke);
     const T out_a = width * orifice_slope(port_a - a) + p[kLeakage] + outward_slope(p, a);
     const T out_b = width * orifice_slope(port_b - b) + p[kLeakage] + outward_slope(p, b);
     FastPart<T> fast;
     fast.effort = {T(kPressureUnit) * p[kAreaA] * link.arm, T(-kPressureUnit) * p[kAreaB] * link.arm};
-    fast.from_speed = {T(-1.0 / kPressureUnit) * take_a * p[kAreaA] * link.arm,
-                       T(1.0 / kPressureUnit) * take_b * p[kAreaB] * link.arm};
-    fast.among = {T(0.0) - take_a * out_a, take_a * p[kLeakage], take_b * p[kLeakage], T(0.0) - take_b * out_b};
+    fast.from_speed = {T(-1.0 / kPressureUnit) * rise_a * p[kAreaA] * link.arm,
+                       T(1.0 / kPressureUnit) * rise_b * p[kAreaB] * link.arm};
+    fast.among = {T(0.0) - rise_a * out_a, rise_a * p[kLeakage], rise_b * p[kLeakage], T(0.0) - rise_b * out_b};
     return fast;
   }
 
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return T(kPressureUnit) * (s.z[0] * p[kAreaA] - s.z[1] * p[kAreaB]) * Linkage<T>(p, s.q).arm;
+    return T(kPressureUnit) * (s.z[0] * p[kAreaA] - s.z[1] * p[kAreaB]) * arm_at(p, s.q);
   }
 
   template <class T>
   static T strength(const T* p) {
-    const T most = max(p[kSupply] * p[kAreaA] - p[kReturn] * p[kAreaB], p[kSupply] * p[kAreaB] - p[kReturn] * p[kAreaA]);
-    return most * Linkage<T>(p, p[kMiddle]).arm * sign(p[kGain]) / p[kFull];
+    const T most =
+        max(p[kSupply] * p[kAreaA] - p[kReturn] * p[kAreaB], p[kSupply] * p[kAreaB] - p[kReturn] * p[kAreaA]);
+    return most * arm_at(p, p[kMiddle]) * sign(p[kGain]) / p[kFull];
   }
 
-  /// Pressures that hold the joint, midway between those at which it would creep up and down under an all but closed
-  /// valve; where that leaves the range from return to supply, the nearest that does not; where none holds it, A at the
-  /// range's end.
+  /// Pressures that hold the joint: in motion those of a steady one that way, at rest midway between those at which it
+  /// would creep up and down under an all but closed valve; where that leaves the range from return to supply, the
+  /// nearest that does not; where none holds it, A at the range's end.
   template <class T>
   static void initial(const T* p, const JointView<T>& s, const T& holding, T* out) {
-    const T arm = Linkage<T>(p, s.q).arm, low = p[kReturn], high = p[kSupply], a = p[kAreaA], b = p[kAreaB];
+    const T arm = arm_at(p, s.q), low = p[kReturn], high = p[kSupply], a = p[kAreaA], b = p[kAreaB];
     const T force = select(abs(arm) > T(1e-9), holding / select(abs(arm) > T(1e-9), arm, T(1.0)), T(0.0));
     const T cubes = a * a * a + b * b * b;
     // Creeping, both edges pass flows in the ratio of the areas: drops across them go with the areas' squares.
     const T up = (high * a - low * b - force) / cubes, down = (force - low * a + high * b) / cubes;
-    const T middle = T(0.5) * (low + up * b * b + high - down * b * b);
+    const T slow = T(kSlow) * abs(p[kGain]) * sqrt(high) / a;
+    const T way = max(min(arm * s.v / slow, T(1.0)), T(-1.0));
+    const T middle = T(0.5) * ((T(1.0) + way) * (low + up * b * b) + (T(1.0) - way) * (high - down * b * b));
     const T least = max(low, (low * a - force) / b), most = min(high, (high * a - force) / b);
     const T below = max(min(middle, most), least);
     const T chosen = min(max(below, low), high);
@@ -116,8 +119,11 @@ struct Hydraulic {
     kLeakage,
     kLeakageOut
   };
-  static constexpr double kLaminar = 2e5;   ///< Pa, dp0
-  static constexpr double kOverride = 0.05;  ///< of the supply: by how much relief valves at full flow overrun
+  static constexpr double kLaminar = 2e5;  ///< Pa, dp0
+  static constexpr double kReliefWidth =
+      5e-3;                                 ///< 1/Pa^0.5: 8 bar beyond, relief valves pass what the valve does at 160
+  static constexpr double kCorner = 1.6e5;  ///< Pa, within which they open
+  static constexpr double kSlow = 0.02;     ///< of the speed at full drop: rather in motion than at rest
   static constexpr double kLeastShare = 0.01;  ///< of the stroke: what oil the end of travel leaves
 
   static std::vector<ParameterInfo> parameters() {
@@ -144,25 +150,37 @@ struct Hydraulic {
             {"leakage_out", "m^3/(s Pa)", 0.0, 0.0, 1e-6, "from either chamber to the return"}};
   }
 
-  /// Stroke from its middle, m, and how it grows with the joint's position, m/rad.
+  /// How the stroke grows with the joint's position, m/rad.
+  template <class T>
+  static T arm_at(const T* p, const T& q) {
+    const Mask<T> lever = p[kLeverA] * p[kLeverB] > T(0.0);
+    if (!any(lever)) return p[kRatio];  // saves an angle and a root; changes no number
+    return select(lever, Pins<T>(p, q).arm, p[kRatio]);
+  }
+  /// The stroke from its middle, m, and how it grows.
   template <class T>
   struct Linkage {
     T stroke, arm;
 
     Linkage(const T* p, const T& q) : stroke(p[kRatio] * (q - p[kMiddle])), arm(p[kRatio]) {
       const Mask<T> lever = p[kLeverA] * p[kLeverB] > T(0.0);
-      if (!any(lever)) return;  // costs four of the five roots and angles; changes no number
-      T sine, length, sine_at_middle, length_at_middle;
-      pins(p, q, sine, length);
-      pins(p, p[kMiddle], sine_at_middle, length_at_middle);
-      stroke = select(lever, length - length_at_middle, stroke);
-      arm = select(lever, p[kLeverA] * p[kLeverB] * sine / length, arm);
+      if (!any(lever)) return;
+      const Pins<T> here(p, q), middle(p, p[kMiddle]);
+      stroke = select(lever, here.length - middle.length, stroke);
+      arm = select(lever, here.arm, arm);
     }
-    static void pins(const T* p, const T& q, T& sine, T& length) {
-      T cosine;
+  };
+  /// The triangle of the cylinder's two pins and the joint's axis.
+  template <class T>
+  struct Pins {
+    T length, arm;
+
+    Pins(const T* p, const T& q) {
+      T sine, cosine;
       sincos(q + p[kLeverAngle], sine, cosine);
-      const T a = p[kLeverA], b = p[kLeverB];
-      length = sqrt(max(a * a + b * b - T(2.0) * a * b * cosine, T(1e-12)));
+      const T a = p[kLeverA], b = p[kLeverB], twice = T(2.0) * a * b;
+      length = sqrt(max(a * a + b * b - twice * cosine, T(1e-12)));
+      arm = a * b * sine / length;
     }
   };
 
@@ -184,25 +202,26 @@ struct Hydraulic {
   /// the vacuum's. Both valves open with a rounded corner.
   template <class T>
   static T outward(const T* p, const T& pressure) {
-    const T room = T(kOverride) * p[kSupply], wide = abs(p[kGain]) * sqrt(p[kSupply]) / room;
-    const T over = max(pressure - p[kRelief], T(0.0)), under = max(T(0.0) - pressure, T(0.0));
-    const T corner = T(0.2) * room;
-    return p[kLeakageOut] * (pressure - p[kReturn]) +
-           wide * (over * over / (over + corner) - under * under / (under + corner));
+    const T leak = p[kLeakageOut] * (pressure - p[kReturn]), past = beyond(p, pressure), size = abs(past);
+    if (!any(size > T(0.0))) return leak;  // saves a division; changes no number
+    return leak + T(kReliefWidth) * abs(p[kGain]) * past * size / (size + T(kCorner));
   }
   template <class T>
   static T outward_slope(const T* p, const T& pressure) {
-    const T room = T(kOverride) * p[kSupply], wide = abs(p[kGain]) * sqrt(p[kSupply]) / room, corner = T(0.2) * room;
-    const auto slope = [&](const T& past) {
-      return past * (past + T(2.0) * corner) / ((past + corner) * (past + corner));
-    };
-    return p[kLeakageOut] + wide * (slope(max(pressure - p[kRelief], T(0.0))) + slope(max(T(0.0) - pressure, T(0.0))));
+    const T size = abs(beyond(p, pressure)), whole = size + T(kCorner);
+    return p[kLeakageOut] + T(kReliefWidth) * abs(p[kGain]) * size * (size + T(2.0 * kCorner)) / (whole * whole);
   }
-  /// m^3/Pa, by which a chamber takes oil in; `out`: stroke from its middle towards more oil.
+  /// Pa, above the relief pressure or (negative) below the vacuum's.
   template <class T>
-  static T capacity(const T* p, int dead, int area, const T& out) {
+  static T beyond(const T* p, const T& pressure) {
+    return max(pressure - p[kRelief], T(0.0)) + min(pressure, T(0.0));
+  }
+  /// 1/(m^3/Pa): how fast a chamber's pressure rises with the oil that it takes in; `out`: stroke from its middle
+  /// towards more oil.
+  template <class T>
+  static T stiffness(const T* p, int dead, int area, const T& out) {
     const T swept = max(T(0.5) * p[kStroke] + out, T(kLeastShare) * p[kStroke]);
-    return (p[dead] + p[area] * swept) / p[kBulk] + p[dead] * p[kHose];
+    return p[kBulk] / (p[dead] * (T(1.0) + p[kBulk] * p[kHose]) + p[area] * swept);
   }
 };
 

@@ -15,10 +15,10 @@ namespace {
 using namespace test;
 using Numbers = std::map<std::string, double>;
 
-constexpr double kStep = 0.005;        // s, that the mechanics alone would do with
+constexpr double kStep = 0.005;         // s, that the mechanics alone would do with
 constexpr double kTenthOfNoise = 5e-5;  // rad: of .0005, the positions' noise on the arm
-constexpr double kLaminar = 2e5;       // Pa, below which an orifice is laminar
-constexpr double kBar = 1e5;           // Pa
+constexpr double kLaminar = 2e5;        // Pa, below which an orifice is laminar
+constexpr double kBar = 1e5;            // Pa
 
 /// A balanced rotor of 2 kg m^2: no gravity acts on it.
 constexpr double kInertia = 2.0;
@@ -31,9 +31,15 @@ std::shared_ptr<const Robot> rotor() {
 
 /// A cylinder of 40 and 20 mm with short hoses, without leaks.
 Numbers cylinder() {
-  return {{"gain", 5.7e-9},          {"full_command", 10.0},   {"area_a", 1.2566e-3},
-          {"area_b", 9.425e-4},      {"dead_volume_a", 4e-5},  {"dead_volume_b", 3e-5},
-          {"stroke", 0.2},           {"bulk_modulus", 1.2e9},  {"supply_pressure", 160 * kBar},
+  return {{"gain", 5.7e-9},
+          {"full_command", 10.0},
+          {"area_a", 1.2566e-3},
+          {"area_b", 9.425e-4},
+          {"dead_volume_a", 4e-5},
+          {"dead_volume_b", 3e-5},
+          {"stroke", 0.2},
+          {"bulk_modulus", 1.2e9},
+          {"supply_pressure", 160 * kBar},
           {"return_pressure", 5 * kBar}};
 }
 Numbers with(Numbers numbers, const Numbers& changed) {
@@ -43,8 +49,9 @@ Numbers with(Numbers numbers, const Numbers& changed) {
 /// Equal areas, about the middle of the stroke equal volumes: m^2, m^3.
 constexpr double kArea = 1e-3, kVolume = 5e-5 + kArea * 0.1;
 Numbers symmetric(const Numbers& changed = {}) {
-  return with(with(cylinder(), {{"area_a", kArea}, {"area_b", kArea}, {"dead_volume_a", 5e-5}, {"dead_volume_b", 5e-5}}),
-              changed);
+  return with(
+      with(cylinder(), {{"area_a", kArea}, {"area_b", kArea}, {"dead_volume_a", 5e-5}, {"dead_volume_b", 5e-5}}),
+      changed);
 }
 const Numbers kLever = {{"lever_a", 0.30}, {"lever_b", 0.078}, {"lever_angle", 1.5}};
 
@@ -52,8 +59,8 @@ const Numbers kLever = {{"lever_a", 0.30}, {"lever_b", 0.078}, {"lever_angle", 1
 Scenario measured_whole(Scenario scenario) {
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
   for (const Joint& joint : scenario.robot->joints()) {
-    for (const auto& [kind, prefix] : {std::pair{ChannelKind::effort, "e_"}, {ChannelKind::pressure_a, "a_"},
-                                       {ChannelKind::pressure_b, "b_"}}) {
+    for (const auto& [kind, prefix] :
+         {std::pair{ChannelKind::effort, "e_"}, {ChannelKind::pressure_a, "a_"}, {ChannelKind::pressure_b, "b_"}}) {
       scenario.channels.of[kind][joint.name] = {prefix + joint.name, 1.0, 0.0, ""};
       data->names.push_back(prefix + joint.name);
       data->columns.emplace_back(data->rows(), 0.0);
@@ -81,7 +88,7 @@ Scenario driven(std::shared_ptr<const Robot> robot, const Numbers& numbers, cons
   return measured_whole(std::move(out));
 }
 Moved simulated(const Scenario& scenario, const Start& start, double step = kStep,
-              const std::string& engine = "featherstone") {
+                const std::string& engine = "featherstone") {
   const Experiment experiment = started_experiment(scenario, start);
   const auto predicted = predict_one(PlantModel(scenario), experiment, on(engine, step)).front();
   Moved out{experiment.segments[0].commands->time, {}};
@@ -98,8 +105,8 @@ TEST(Hydraulic, FillsAClosedChamberAsTheRootOfTheDropFalls) {
   const Numbers numbers = symmetric();
   const double u = 0.1, rate = 5.7e-9 * (u / 10.0) * 1.2e9 / kVolume;  // Pa^0.5/s
   const Start start{{0.0}, {0.0}};
-  const Moved run = simulated(driven(block_robot(), numbers, constant_drive(1, 2.0, 0.01, u), start, {blocked("slide")}),
-                            start);
+  const Moved run =
+      simulated(driven(block_robot(), numbers, constant_drive(1, 2.0, 0.01, u), start, {blocked("slide")}), start);
   const double p0 = 0.5 * (160 + 5) * kBar;
   ASSERT_NEAR(run.a()[0], p0, 1.0);
   int compared = 0;
@@ -119,8 +126,8 @@ TEST(Hydraulic, FillsAClosedChamberAsTheRootOfTheDropFalls) {
 TEST(Hydraulic, RingsAtTheFrequencyOfItsOil) {
   // On a lever away from the middle, so that arm and volumes are all other than at rest.
   const Start start{{0.2}, {1e-3}};
-  const Moved run = simulated(
-      driven(rotor(), with(cylinder(), kLever), constant_drive(1, 1.0, 0.01, 0.0), start), start);
+  const Moved run =
+      simulated(driven(rotor(), with(cylinder(), kLever), constant_drive(1, 1.0, 0.01, 0.0), start), start);
   const double a = 0.30, b = 0.078;
   const auto length = [&](double q) { return std::sqrt(a * a + b * b - 2.0 * a * b * std::cos(q + 1.5)); };
   const double arm = a * b * std::sin(1.7) / length(0.2), out = length(0.2) - length(0.0);
@@ -140,8 +147,8 @@ TEST(Hydraulic, LeakageDampsTheRinging) {
   const double rings = std::sqrt(omega * omega - fades * fades);
   EXPECT_GT(fades, 10.0);
   const Start start{{0.0}, {1e-3}};
-  const Moved run = simulated(
-      driven(block_robot(), symmetric({{"leakage", leak}}), constant_drive(1, 0.3, 0.01, 0.0), start), start);
+  const Moved run =
+      simulated(driven(block_robot(), symmetric({{"leakage", leak}}), constant_drive(1, 0.3, 0.01, 0.0), start), start);
   for (std::size_t i = 0; i < run.t.size(); ++i) {
     const double t = run.t[i], envelope = 1e-3 * std::exp(-fades * t);
     // Every 1.6 rad of what is so much faster than the steps are carried to 2e-4 (physics/fast_motion.h).
@@ -173,10 +180,10 @@ TEST(Hydraulic, ReliefAndVacuumBoundWhatALoadPressesInto) {
   // Valve closed, the load presses the piston with more than the relief valve holds, then pulls.
   for (const double push : {-6e4, 6e4}) {
     const Start start{{0.0}, {0.0}};
-    const Moved run = simulated(driven(block_robot(), symmetric({{"relief_pressure", 200 * kBar}}),
-                                     constant_drive(1, 0.2, 0.01, 0.0), start,
-                                     {effect("torque_offset", "slide", {{"tau0", push}})}),
-                              start);
+    const Moved run =
+        simulated(driven(block_robot(), symmetric({{"relief_pressure", 200 * kBar}}), constant_drive(1, 0.2, 0.01, 0.0),
+                         start, {effect("torque_offset", "slide", {{"tau0", push}})}),
+                  start);
     const auto [low, high] = std::minmax_element(run.a().begin(), run.a().end());
     // A force of 600 bar times the area: it overruns the relief valve, whose flow grows with the pressure alone.
     if (push < 0.0) EXPECT_GT(*high, 200 * kBar);
@@ -189,13 +196,13 @@ TEST(Hydraulic, ReliefAndVacuumBoundWhatALoadPressesInto) {
 constexpr double kRubs = 200.0;  // N s/m: lets the start's ringing fade
 
 /// m/s under a constant command against `load` (N, against the motion up): both edges' drops and the force in balance.
-double closed_speed(const Numbers& n, double u, double load, double& least_drop) {
+double closed_speed(const Numbers& n, double u, double load, double& least_drop, double rubs = kRubs) {
   const double k = n.at("gain") * std::fabs(u) / n.at("full_command"), a = n.at("area_a"), b = n.at("area_b");
   const double high = n.at("supply_pressure"), low = n.at("return_pressure"), cubes = a * a * a + b * b * b;
   double speed = 0.0;  // what rubs against it is a small part of the balance
   for (int round = 0; round < 20; ++round) {
     const double drive = u > 0.0 ? high * a - low * b - load : high * b - low * a + load;
-    speed = k * std::sqrt((drive - kRubs * speed) / cubes);
+    speed = k * std::sqrt((drive - rubs * speed) / cubes);
   }
   least_drop = std::pow(std::min(a, b) * speed / k, 2);
   return u > 0.0 ? speed : -speed;
@@ -207,9 +214,9 @@ TEST(Hydraulic, MovesAtTheSpeedOfItsTwoEdges) {
     for (const double u : {10.0, 6.0, -6.0, -10.0}) {
       const Start start{{0.0}, {0.0}};
       const Moved run = simulated(driven(block_robot(), numbers, constant_drive(1, 4.0, 0.01, u), start,
-                                       {effect("torque_offset", "slide", {{"tau0", -load}}),
-                                        effect("viscous_friction", "slide", {{"D", kRubs}})}),
-                                start);
+                                         {effect("torque_offset", "slide", {{"tau0", -load}}),
+                                          effect("viscous_friction", "slide", {{"D", kRubs}})}),
+                                  start);
       double drop = 0.0;
       const double speed = closed_speed(numbers, u, load, drop);
       EXPECT_NEAR(run.v().back(), speed, 0.3 * std::pow(kLaminar / drop, 2) * std::fabs(speed)) << u << ' ' << load;
@@ -234,7 +241,8 @@ std::pair<double, double> energies(const Moved& run, const Drive& drive, const N
     const double wide = n.at("gain") * std::fabs(drive.u[0][k]) / n.at("full_command");
     const bool up = drive.u[0][k] > 0.0;
     const double high = n.at("supply_pressure"), low = n.at("return_pressure");
-    const double in = wide * flow(high - (up ? run.a() : run.b())[k]), out = wide * flow((up ? run.b() : run.a())[k] - low);
+    const double in = wide * flow(high - (up ? run.a() : run.b())[k]),
+                 out = wide * flow((up ? run.b() : run.a())[k] - low);
     const double power_given = high * in - low * out, power_done = run.effort()[k] * run.v()[k];
     const double dt = k > 0 ? run.t[k] - run.t[k - 1] : 0.0;
     given += 0.5 * dt * (power_given + before_given), done += 0.5 * dt * (power_done + before_done);
@@ -263,11 +271,13 @@ TEST(Hydraulic, IsAFlowSourceWhereOilIsStiffAndNothingLoadsIt) {
   const double drop = 0.5 * (160 - 5) * kBar, flow = drop / std::pow(drop * drop + kLaminar * kLaminar, 0.25);
   const Drive drive = sine_drive(1, 3.0, 0.01, 8.0);
   const Start start{{0.0}, {0.0}};
-  const Scenario plain = driven_scenario(
-      block_robot(),
-      {actuator("slide", "flow_source", {{"gain", 5.7e-9 / 10.0 * flow / kArea}, {"stiffness", 4e6}, {"damping", 4e3}})},
-      drive, start);
-  const auto source = predict_one(PlantModel(plain), started_experiment(plain, start), on("featherstone", 2.5e-4)).front();
+  const Scenario plain =
+      driven_scenario(block_robot(),
+                      {actuator("slide", "flow_source",
+                                {{"gain", 5.7e-9 / 10.0 * flow / kArea}, {"stiffness", 4e6}, {"damping", 4e3}})},
+                      drive, start);
+  const auto source =
+      predict_one(PlantModel(plain), started_experiment(plain, start), on("featherstone", 2.5e-4)).front();
   double before = 0.0;
   for (const double bulk : {1e9, 1e10}) {
     const Moved run = simulated(driven(block_robot(), symmetric({{"bulk_modulus", bulk}}), drive, start), start);
@@ -284,12 +294,21 @@ TEST(Hydraulic, HoldsItsLoadWithBothPressuresBetweenReturnAndSupply) {
   for (const double q : {-1.2, 0.3, 1.4}) {
     const Start start{{q}, {0.0}};
     const Moved run = simulated(driven(bundled_robot("pendulum/pendulum.urdf"), with(cylinder(), {{"ratio", 0.02}}),
-                                     constant_drive(1, 0.5, 0.01, 0.0), start),
-                              start);
+                                       constant_drive(1, 0.5, 0.01, 0.0), start),
+                                start);
     for (const double p : {run.a()[0], run.b()[0]}) EXPECT_TRUE(p >= 5 * kBar && p <= 160 * kBar) << p;
     EXPECT_NEAR(run.effort()[0], 9.81 * 0.5 * std::sin(q), 1e-6);
     for (const double later : run.q()) ASSERT_NEAR(later, q, 1e-9);
   }
+}
+
+TEST(Hydraulic, StartedInSteadyMotionItGoesOn) {
+  // What a window starts from: position and speed, and pressures that nobody measured.
+  double drop = 0.0;
+  const double speed = closed_speed(cylinder(), 8.0, 0.0, drop, 0.0);
+  const Start start{{0.0}, {speed}};
+  const Moved run = simulated(driven(block_robot(), cylinder(), constant_drive(1, 1.0, 0.01, 8.0), start), start);
+  for (const double v : run.v()) ASSERT_NEAR(v, speed, 1e-3 * speed);
 }
 
 // --- The same physics written down a second time, in bar, for one pendulum on a lever. ---
@@ -331,10 +350,9 @@ std::vector<double> by_fehlberg(PendulumOnACylinder plant, const Moved& run, con
 }
 
 TEST(Hydraulic, IsTheSamePhysicsAsARightHandSideWrittenApart) {
-  const Numbers numbers = with(with(cylinder(), kLever), {{"gain", 2e-9},
-                                                          {"area_a", 2e-4},
-                                                          {"area_b", 1.4e-4},
-                                                          {"leakage", 1e-6 * 0.5 * 1e-3 / kBar}});
+  const Numbers numbers =
+      with(with(cylinder(), kLever),
+           {{"gain", 2e-9}, {"area_a", 2e-4}, {"area_b", 1.4e-4}, {"leakage", 1e-6 * 0.5 * 1e-3 / kBar}});
   Drive drive = sine_drive(1, 3.0, 0.01, 8.0);
   for (std::size_t k = 100; k < 160; ++k) drive.u[0][k] = k < 130 ? 10.0 : 0.0;  // and jumps
   const auto robot = bundled_robot("pendulum/pendulum.urdf");
@@ -354,15 +372,17 @@ TEST(Hydraulic, IsTheSamePhysicsAsARightHandSideWrittenApart) {
 // --- The whole arm. ---
 Numbers arm_joint(const Numbers& own) {
   const double dead = own.at("dead");
-  Numbers out{{"full_command", 10.0},        {"dead_volume_a", dead},        {"dead_volume_b", dead},
-              {"hose_compliance", 1 / 1.5e8}, {"supply_pressure", 160 * kBar}, {"return_pressure", 5 * kBar},
+  Numbers out{{"full_command", 10.0},          {"dead_volume_a", dead},
+              {"dead_volume_b", dead},         {"hose_compliance", 1 / 1.5e8},
+              {"supply_pressure", 160 * kBar}, {"return_pressure", 5 * kBar},
               {"relief_pressure", 200 * kBar}, {"leakage", 5e-14}};
   for (const auto& [name, value] : own)
     if (name != "dead") out[name] = value;
   return out;
 }
 Numbers rotary(double gain, double displacement, double dead, double range) {
-  return arm_joint({{"gain", gain}, {"area_a", displacement}, {"area_b", displacement}, {"dead", dead}, {"stroke", range}});
+  return arm_joint(
+      {{"gain", gain}, {"area_a", displacement}, {"area_b", displacement}, {"dead", dead}, {"stroke", range}});
 }
 Numbers on_lever(double gain, double bore, double rod, double dead, double stroke, const Numbers& lever) {
   const double quarter = std::numbers::pi / 4.0;
@@ -446,9 +466,9 @@ TEST(HydraulicArm, WithoutHosesIsFasterStillAndMeetsItToo) {
   const Scenario scenario = hydraulic_arm(sine_drive(6, 2.0, 0.01, 8.0), kArmStart, 0.05);
   const PlantModel model(scenario);
   const Experiment experiment = started_experiment(scenario, kArmStart);
-  EXPECT_LT(worst_of(predict_one(model, experiment, on("featherstone", kStep)).front(),
-                     reference_of(model, experiment), 6),
-            kTenthOfNoise);
+  EXPECT_LT(
+      worst_of(predict_one(model, experiment, on("featherstone", kStep)).front(), reference_of(model, experiment), 6),
+      kTenthOfNoise);
 }
 
 /// rms over the channels' samples of the worst channel.
@@ -472,8 +492,7 @@ TEST(HydraulicArm, SticksAndSlidesAsTheIndependentIntegratorHasIt) {
     const PlantModel model(scenario);
     const Experiment experiment = started_experiment(scenario, kArmStart);
     if (step == 0.0) step = choose_step(model, experiment, on("featherstone", 0.01), model.values()).step;
-    return worst_rms(predict_one(model, experiment, on("featherstone", step)).front(),
-                     reference_of(model, experiment));
+    return worst_rms(predict_one(model, experiment, on("featherstone", step)).front(), reference_of(model, experiment));
   };
   EXPECT_LT(differ(kStep), kTenthOfNoise);
   // A wrist that sticks rings through several reversals in a step; which one holds it takes a shorter one to see.

@@ -57,8 +57,9 @@ TEST(Scenario, NotesPressuresThatNothingPredicts) {
   const std::string measured = replaced(kScenario, "noise:\n", "  pressure_a: {a: p_a, b: p_b}\nnoise:\n");
   const auto notes_of = [](const std::string& scenario) {
     const ScenarioFolder folder(scenario);
-    folder.write("run.csv", "t,u_a,u_b,q_a,q_b,p_a,p_b\n0,1,2,.1,.2,5,6\n.1,1,2,.1,.2,5,6\n.2,1,2,.1,.2,5,6\n"
-                            ".3,1,2,.1,.2,5,6\n.4,1,2,.1,.2,5,6\n.5,1,2,.1,.2,5,6\n.6,1,2,.1,.2,5,6\n");
+    folder.write("run.csv",
+                 "t,u_a,u_b,q_a,q_b,p_a,p_b\n0,1,2,.1,.2,5,6\n.1,1,2,.1,.2,5,6\n.2,1,2,.1,.2,5,6\n"
+                 ".3,1,2,.1,.2,5,6\n.4,1,2,.1,.2,5,6\n.5,1,2,.1,.2,5,6\n.6,1,2,.1,.2,5,6\n");
     return load_scenario(folder.file).notes;
   };
   const auto at = [](const char* joint) { return testing::StartsWith("channels.pressure_a of " + std::string(joint)); };
