@@ -186,6 +186,20 @@ int find_channel(const std::vector<Channel>& channels, ChannelKind kind, int joi
   return -1;
 }
 
+/// Chambers' pressures at a sample, from which a simulation starts: those of the joints whose pressures are compared.
+std::vector<std::array<double, 2>> start_pressures(const Cut& piece, const std::vector<Channel>& channels,
+                                                   std::size_t joints, std::size_t first) {
+  std::vector<std::array<double, 2>> out(joints, {std::nan(""), std::nan("")});
+  for (const Channel& channel : channels) {
+    if (quantity_of(channel.kind).predicted_by != PredictedBy::chambers) continue;
+    const std::vector<double>& column = piece.signal(channel.kind, channel.joint);
+    if (!std::isfinite(column[first])) continue;
+    out[static_cast<std::size_t>(channel.joint)][channel.kind == ChannelKind::pressure_b ? 1 : 0] =
+        local_state(piece.track->time, column, first, 0, column.size(), channel.noise).value;
+  }
+  return out;
+}
+
 Segment make_segment(const Scenario& scenario, int index, const Cut& piece, const std::vector<Channel>& channels,
                      std::size_t first, std::size_t count) {
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
@@ -217,6 +231,7 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     segment.q0_error.push_back(start.value_error);
     segment.v0_error.push_back(start.slope_error);
   }
+  segment.pressures0 = start_pressures(piece, channels, segment.q0.size(), first);
   return segment;
 }
 

@@ -101,6 +101,12 @@ class Plant {
     if (!joint(j).chambers) return T(std::nan(""));
     return T(kPressureUnit) * z[actuator_state(j) + (which == ChannelKind::pressure_b ? 1 : 0)];
   }
+  /// Puts a measured pressure (Pa; NaN: none was) in place of chamber `which` (0: A, 1: B) in states z.
+  void set_pressure(int j, int which, const T& measured, T* z) const {
+    if (!joint(j).chambers) return;
+    T& state = z[actuator_state(j) + which];
+    state = select(abs(measured) < T(1e300), measured / T(kPressureUnit), state);
+  }
   /// Index of the actuator's first state among all of the plant's.
   int actuator_state(int j) const { return joint(j).actuator.front().state; }
   /// The fast part of joint j at `now`; arguments as of effort().

@@ -153,6 +153,14 @@ void Rollout<T, Dyn>::start(double max_step) {
   session_ = of_each([](const Segment& s) { return s.session; });
   fetch_commands(0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
+  for (std::size_t j = 0; j < n_; ++j) {
+    for (const std::size_t which : {0u, 1u}) {
+      const auto measured = [&](const Segment& s) {
+        return s.pressures0.empty() ? std::nan("") : s.pressures0[j][which];
+      };
+      plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), of_each(measured), x_.data() + 2 * n_);
+    }
+  }
   plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
 }
 

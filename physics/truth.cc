@@ -116,6 +116,10 @@ class TruthRun {
       x_ = start;
       plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     }
+    for (std::size_t j = 0; j < segment_.pressures0.size(); ++j)
+      for (const std::size_t which : {0u, 1u})
+        plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), T(segment_.pressures0[j][which]),
+                            x_.data() + 2 * n_);
     plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_,
                           memory_.data());
   }

@@ -63,7 +63,7 @@ Scenario measured_whole(Scenario scenario) {
          {std::pair{ChannelKind::effort, "e_"}, {ChannelKind::pressure_a, "a_"}, {ChannelKind::pressure_b, "b_"}}) {
       scenario.channels.of[kind][joint.name] = {prefix + joint.name, 1.0, 0.0, ""};
       data->names.push_back(prefix + joint.name);
-      data->columns.emplace_back(data->rows(), 0.0);
+      data->columns.emplace_back(data->rows(), kMissing);
     }
   }
   scenario.recordings[0].data = data;
@@ -567,6 +567,25 @@ TEST(HydraulicArm, PressuresAreComparedOnlyWhereThereAreChambersAndMotionsAreSim
   scenario.prediction = InverseDynamics{10.0};
   EXPECT_TRUE(compared(scenario)[ChannelKind::pressure_a].empty());
   EXPECT_EQ(compared(scenario)[ChannelKind::effort].size(), 6u);
+}
+
+TEST(Hydraulic, StartsWhereThePressuresAreMeasured) {
+  const Start start{{0.0}, {0.0}};
+  Scenario scenario = driven(block_robot(), cylinder(), constant_drive(1, 0.5, 0.01, 0.0), start);
+  const Moved unknown = simulated(scenario, start);
+  auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
+  for (double& p : data->columns[static_cast<std::size_t>(data->find("a_slide"))]) p = 61 * kBar;
+  for (double& p : data->columns[static_cast<std::size_t>(data->find("b_slide"))]) p = 82 * kBar;
+  scenario.recordings[0].data = data;
+  const Moved known = simulated(scenario, start);
+  EXPECT_NEAR(known.a()[0], 61 * kBar, 1.0);
+  EXPECT_NEAR(known.b()[0], 82 * kBar, 1.0);
+  EXPECT_GT(std::fabs(unknown.a()[0] - 61 * kBar), kBar);
+  const PlantModel model(scenario);
+  const Experiment experiment = started_experiment(scenario, start);
+  const auto reference = reference_of(model, experiment);
+  for (std::size_t c = 0; c < reference.size(); ++c)
+    if (experiment.channels[c].kind == ChannelKind::pressure_b) EXPECT_NEAR(reference[c][0], 82 * kBar, 1.0);
 }
 
 TEST(HydraulicArm, PressuresAreThoseOfTheIndependentIntegrator) {
