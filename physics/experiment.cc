@@ -187,15 +187,14 @@ int find_channel(const std::vector<Channel>& channels, ChannelKind kind, int joi
 }
 
 /// Chambers' pressures at a sample, from which a simulation starts: those of the joints whose pressures are compared.
+/// The sample alone: oil may ring faster than neighbouring samples could be averaged.
 std::vector<std::array<double, 2>> start_pressures(const Cut& piece, const std::vector<Channel>& channels,
                                                    std::size_t joints, std::size_t first) {
   std::vector<std::array<double, 2>> out(joints, {std::nan(""), std::nan("")});
   for (const Channel& channel : channels) {
     if (quantity_of(channel.kind).predicted_by != PredictedBy::chambers) continue;
     const std::vector<double>& column = piece.signal(channel.kind, channel.joint);
-    if (!std::isfinite(column[first])) continue;
-    out[static_cast<std::size_t>(channel.joint)][channel.kind == ChannelKind::pressure_b ? 1 : 0] =
-        local_state(piece.track->time, column, first, 0, column.size(), channel.noise).value;
+    out[static_cast<std::size_t>(channel.joint)][channel.kind == ChannelKind::pressure_b ? 1 : 0] = column[first];
   }
   return out;
 }
