@@ -8,8 +8,10 @@ namespace lacuna {
 ///
 /// The spool opens one edge from the supply and one to the return by x = u / full_command, |x| <= 1. Through each,
 ///   Q = gain |x| dp / (dp^2 + dp0^2)^(1/4),   dp0 = 2 bar:
-/// the square root of turbulent flow, laminar and smooth about dp = 0. Chambers A and B, of A's volume V_A at stroke s,
-///   V_A p_A' / B = Q_A - A_A s' - leakage (p_A - p_B) - leakage_out (p_A - p_return) - relief(p_A),   B likewise,
+/// the square root of turbulent flow, laminar and smooth about dp = 0. With V_A the oil in chamber A at stroke s, hose
+/// and ports included, and B its bulk modulus,
+///   V_A p_A' / B = Q_A - A_A s' - leakage (p_A - p_B) - leakage_out (p_A - p_return) - relief(p_A),   chamber B
+///   likewise,
 /// and the joint gets (p_A A_A - p_B A_B) ds/dq. s is `ratio` q, or the length of a cylinder between two pins that lie
 /// lever_a and lever_b from the joint's axis, phi = q + lever_angle apart: c^2 = a^2 + b^2 - 2 a b cos(phi),
 /// ds/dq = a b sin(phi) / c; an angle from -pi to 0 has the cylinder on the other side. Pressures stay between the
@@ -70,6 +72,7 @@ struct Hydraulic {
     return T(kPressureUnit) * (s.z[0] * p[kAreaA] - s.z[1] * p[kAreaB]) * arm_at(p, s.q);
   }
 
+  /// N m/V (N/V): stall effort at half stroke over full command.
   template <class T>
   static T strength(const T* p) {
     const T most =
