@@ -56,4 +56,30 @@ inline Scenario arm_scenario(double seconds) {
   return scenario;
 }
 
+/// The same arm moved by cylinders and rotary actuators of plausible size (oil rings at 4 to 80 Hz), same recording.
+inline Scenario hydraulic_arm_scenario(double seconds) {
+  Scenario scenario = arm_scenario(seconds);
+  struct Size {
+    double gain, area_a, area_b, dead, stroke, lever_a, lever_b, lever_angle;  // SI; lever_a 0: rotary
+  };
+  const Size sizes[6] = {{5.0e-9, 40e-6, 40e-6, 25e-6, 2.2, 0.0, 0.0, 0.0},
+                         {5.7e-9, 12.57e-4, 9.42e-4, 28e-6, 0.134, 0.30, 0.078, 1.047},
+                         {4.3e-9, 8.04e-4, 6.03e-4, 25e-6, 0.105, 0.24, 0.060, 2.356},
+                         {4.2e-9, 20e-6, 20e-6, 20e-6, 5.0, 0.0, 0.0, 0.0},
+                         {3.0e-9, 4.91e-4, 3.78e-4, 22e-6, 0.068, 0.15, 0.040, 1.484},
+                         {4.2e-9, 8e-6, 8e-6, 20e-6, 20.0, 0.0, 0.0, 0.0}};
+  for (std::size_t j = 0; j < 6; ++j) {
+    const Size& s = sizes[j];
+    scenario.actuators[j].model = "hydraulic";
+    scenario.actuators[j].parameters = {{"gain", s.gain},           {"full_command", 10.0},
+                                        {"area_a", s.area_a},       {"area_b", s.area_b},
+                                        {"dead_volume_a", s.dead},  {"dead_volume_b", s.dead},
+                                        {"stroke", s.stroke},       {"lever_a", s.lever_a},
+                                        {"lever_b", s.lever_b},     {"lever_angle", s.lever_angle},
+                                        {"supply_pressure", 160e5}, {"return_pressure", 5e5},
+                                        {"relief_pressure", 200e5}, {"hose_compliance", 1.0 / 1.5e8}};
+  }
+  return scenario;
+}
+
 }  // namespace lacuna::bench

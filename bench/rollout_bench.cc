@@ -1,5 +1,9 @@
-// One rollout of two seconds at steps of 5 ms: every engine, and a full pack of lanes (time per item is per model).
+// One rollout of two seconds at steps of 5 ms: every engine, and a full pack of lanes (time per item is per model); the
+// same arm on hydraulic actuators, beside which `hydraulic_over_torque` gives the time over that of torque sources,
+// both taken in turn in one run.
 #include <benchmark/benchmark.h>
+
+#include <chrono>
 
 #include "bench/arm.h"
 
@@ -25,6 +29,52 @@ void rollout(benchmark::State& bench, const std::string& engine, int models) {
   bench.SetItemsProcessed(bench.iterations() * models);
 }
 
+/// One plant's simulations of so many models at once.
+class Runs {
+ public:
+  Runs(const Scenario& scenario, const std::string& engine, int models)
+      : model_(scenario), experiment_(make_experiment(scenario)) {
+    SimulatorOptions options;
+    options.engine = engine;
+    simulator_ = make_simulator(model_, experiment_, options);
+    values_.assign(static_cast<std::size_t>(models), model_.values());
+  }
+  double seconds() {
+    const auto begin = std::chrono::steady_clock::now();
+    simulator_->run(values_, segments_,
+                    [](int, int, const auto& predicted) { benchmark::DoNotOptimize(predicted.data()); });
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+ private:
+  PlantModel model_;
+  Experiment experiment_;
+  std::unique_ptr<Simulator> simulator_;
+  std::vector<std::vector<double>> values_;
+  const std::vector<int> segments_{0};
+};
+
+/// Side by side: the counter is the ratio of the sums.
+void hydraulic_rollout(benchmark::State& bench, const std::string& engine, int models) {
+  Runs torque(arm_scenario(2.0), engine, models), oil(hydraulic_arm_scenario(2.0), engine, models);
+  double by_torque = 0.0, by_oil = 0.0;
+  for (auto _ : bench) {
+    by_torque += torque.seconds();
+    const double seconds = oil.seconds();
+    by_oil += seconds;
+    bench.SetIterationTime(seconds);
+  }
+  bench.SetItemsProcessed(bench.iterations() * models);
+  bench.counters["hydraulic_over_torque"] = by_oil / by_torque;
+}
+
+void register_hydraulic(const std::string& name, const std::string& engine, int models) {
+  benchmark::RegisterBenchmark(("rollout_2s_hydraulic/" + name).c_str(),
+                               [engine, models](benchmark::State& bench) { hydraulic_rollout(bench, engine, models); })
+      ->Unit(benchmark::kMillisecond)
+      ->UseManualTime();
+}
+
 const bool registered = [] {
   benchmark::RegisterBenchmark(("rollout_2s/lanes_" + lane_info().name).c_str(), [](benchmark::State& bench) {
     rollout(bench, "featherstone", lane_info().width);
@@ -36,6 +86,9 @@ const bool registered = [] {
       rollout(bench, name, 1);
     })->Unit(benchmark::kMillisecond);
   }
+  register_hydraulic("lanes_" + lane_info().name, "featherstone", lane_info().width);
+  for (const Engine* engine : engines())
+    if (engine->info().available) register_hydraulic(engine->info().name, engine->info().name, 1);
   return true;
 }();
 

@@ -146,7 +146,7 @@ class Writer {
       out += fmt::format(" limited=\"true\" range=\"{}\"", numbers({j.lower, j.upper}));
     if (actuator(i).type >= 0 && model_name(i) != "flow_source") {
       const Values p(model_, actuator(i), values_);
-      out += fmt::format(" damping=\"{}\"", format_number(p["damping"]));
+      if (p.has("damping")) out += fmt::format(" damping=\"{}\"", format_number(p["damping"]));
       if (p.has("stiffness"))
         out +=
             fmt::format(" stiffness=\"{}\" springref=\"{}\"", format_number(p["stiffness"]), format_number(p["rest"]));
@@ -183,6 +183,12 @@ class Writer {
             "    <general name=\"{0}\" joint=\"{0}\" dyntype=\"integrator\" gainprm=\"{1}\" "
             "biastype=\"affine\" biasprm=\"{2}\"/>\n",
             name, format_number(p["stiffness"] * p["gain"]), numbers({0.0, -p["stiffness"], -p["damping"]}));
+        continue;
+      }
+      if (actuator_table()[static_cast<std::size_t>(actuator(i).type)].chambers) {
+        out += "    " + comment(joint(i).name + ": hydraulic, " + p.words() +
+                                "; its chambers are not in this file: the control is the effort");
+        out += fmt::format("    <motor name=\"{0}\" joint=\"{0}\"/>\n", name);
         continue;
       }
       out += fmt::format(

@@ -59,7 +59,8 @@ class Efforts {
       : model_(model), options_(options), values_(model.space.expand(model.fit.point)) {
     // Of positions alone: what else is measured says the same with another noise.
     Scenario whole = scenario;
-    for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position})
+    for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position,
+                                   ChannelKind::pressure_a, ChannelKind::pressure_b})
       whole.channels.of.erase(kind);
     whole.events.clear();  // what happened is missing, too
     whole.prediction = FreeRun{};

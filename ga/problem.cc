@@ -67,15 +67,28 @@ bool is_leading(const Experiment& experiment, std::size_t c) {
   return inverse ? kind == ChannelKind::effort || kind == ChannelKind::command : kind == ChannelKind::position;
 }
 
+/// rms about the mean of what a channel measured on the train recordings.
+double spread_of(const Experiment& experiment, std::size_t channel) {
+  double n = 0.0, sum = 0.0, squares = 0.0;
+  for (const int s : experiment.with_role(Role::train)) {
+    for (const double x : experiment.segments[static_cast<std::size_t>(s)].measured[channel])
+      if (std::isfinite(x)) n += 1.0, sum += x, squares += x * x;
+  }
+  return n > 0.0 ? std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))) : 0.0;
+}
+
 std::vector<double> first_weights(const PlantModel&, const Experiment& experiment) {
   std::vector<double> out;
-  for (const Channel& channel : experiment.channels) {
+  for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
+    const Channel& channel = experiment.channels[c];
     const std::size_t j = static_cast<std::size_t>(channel.joint);
+    const bool pressure = channel.kind == ChannelKind::pressure_a || channel.kind == ChannelKind::pressure_b;
     double weight = channel.noise;
     if (!(weight > 0.0)) {
       weight = 1e-2 * (channel.kind == ChannelKind::command    ? experiment.command_rms[j]
                        : channel.kind == ChannelKind::effort   ? experiment.effort_rms[j]
                        : channel.kind == ChannelKind::velocity ? experiment.speed_rms[j]
+                       : pressure                              ? spread_of(experiment, c)
                                                                : experiment.position_rms[j]);
     }
     out.push_back(weight > 0.0 ? weight : 1.0);

@@ -9,6 +9,8 @@
 
 namespace lacuna {
 
+inline constexpr double kPressureUnit = 1e6;  ///< Pa: states are of order 1
+
 /// Which of an actuator's parameters play the parts that the rest of the plant asks for: indices; -1: it has none.
 struct ActuatorRoles {
   int gain = -1;       ///< what a command is multiplied by: efforts divided by it are in units of the command
@@ -29,6 +31,7 @@ struct ActuatorInfo {
   Stage input;
   bool hydraulic = false;  ///< stands for a valve and a cylinder: effects whose cause these are may act
   int states = 0;          ///< of its own, integrated with the motion
+  bool chambers = false;   ///< its first two states are the pressures of chambers A and B, in kPressureUnit
 };
 
 enum class Where { joint, arm };

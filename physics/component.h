@@ -9,6 +9,7 @@
 // however short their time is beside it.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -96,6 +97,15 @@ struct ParameterInfo {
   double least = 0.0;
 };
 
+/// How a joint's speed and an actuator's first two states drive each other about one instant, where that may be faster
+/// than the steps (physics/fast_motion.h).
+template <class T>
+struct FastPart {
+  std::array<T, 2> effort{};      ///< N m (N) on the joint per unit of either state
+  std::array<T, 2> from_speed{};  ///< rate of either state per rad/s (m/s)
+  std::array<T, 4> among{};       ///< 1/s, rates of the first, then of the second, per unit of either
+};
+
 /// What an arm's base stands on.
 template <class T>
 struct BaseSpring {
@@ -125,6 +135,9 @@ struct Hooks {
   /// States at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
   void (*initial)(const T* p, const JointView<T>& s, const T& holding, T* out) = nullptr;
   int states = 0;
+  // Of an actuator with two chambers, whose states are their pressures:
+  FastPart<T> (*fast)(const T* p, const JointView<T>& s) = nullptr;
+  T (*strength)(const T* p) = nullptr;  ///< N m/V (N/V), with the gain's sign: what it gives at most, over full command
   /// Memories at s from those `dt` seconds ago (`before`); the command has been constant in between. dt = 0 at the
   /// start of a step: then only what jumps with the command may change. Seen by this component's other hooks as s.m.
   /// Where s.step > 0 a memory that fades faster than the step is long may stand for its course over the step instead.
@@ -164,6 +177,8 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template dry_friction<T>; }) h.dry_friction = &C::template dry_friction<T>;
   if constexpr (requires { &C::template delay<T>; }) h.delay = &C::template delay<T>;
   if constexpr (requires { &C::template rate<T>; }) h.rate = &C::template rate<T>;
+  if constexpr (requires { &C::template fast<T>; }) h.fast = &C::template fast<T>;
+  if constexpr (requires { &C::template strength<T>; }) h.strength = &C::template strength<T>;
   if constexpr (requires { &C::template initial<T>; }) h.initial = &C::template initial<T>;
   if constexpr (requires { &C::template remember<T>; }) h.remember = &C::template remember<T>;
   if constexpr (requires { &C::template begin<T>; }) h.begin = &C::template begin<T>;

@@ -39,6 +39,15 @@ void EngineDynamics::forward_dynamics(const double* q, const double* v, const do
   }
 }
 
+void EngineDynamics::mass_matrix(const double* q, double* mass) {
+  const std::size_t n = static_cast<std::size_t>(dynamics_->dof());
+  dynamics_->mass_matrix({q, n}, mass_);
+  mass_.diagonal() += armature_;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      mass[i * n + j] = mass_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+}
+
 void EngineDynamics::inverse_dynamics(const double* q, const double* v, const double* a, double* tau) {
   const std::size_t n = static_cast<std::size_t>(dynamics_->dof());
   dynamics_->inverse_dynamics({q, n}, {v, n}, {a, n}, {tau, n});

@@ -21,6 +21,7 @@ class EngineDynamics {
   /// As Tree::forward_dynamics: a = 0 where free is 0, and imbalance there is the effort that the holder takes up.
   void forward_dynamics(const double* q, const double* v, const double* tau, const double* free, double* a,
                         double* imbalance);
+  void mass_matrix(const double* q, double* mass);  ///< row by row, armatures in it
   void inverse_dynamics(const double* q, const double* v, const double* a, double* tau);
 
  private:

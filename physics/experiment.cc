@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "physics/catalogue.h"
 #include "physics/events.h"
 #include "physics/noise.h"
 #include "physics/quantity.h"
@@ -80,7 +81,7 @@ Cut cut(const Scenario& scenario, const RecordingSpec& spec, double session_offs
   const auto [from, to] = rows_of(scenario, spec);
   Cut out{command_track(scenario, spec), {}, session_offset + column_of(data, scenario.channels.time)[from]};
   for (const Quantity& quantity : quantity_table()) {
-    if (quantity.predicted_by == PredictedBy::given || quantity.predicted_by == PredictedBy::nothing) continue;
+    if (quantity.predicted_by == PredictedBy::given) continue;
     std::vector<std::vector<double>>& joints = out.signals[quantity.kind];
     for (const Joint& joint : scenario.robot->joints()) {
       const ColumnSpec* column = column_spec(scenario, quantity.kind, joint);
@@ -97,6 +98,14 @@ void set_stated_noise(const Scenario& scenario, Channel& channel) {
   if (of != stated->second.end()) channel.noise = of->second, channel.noise_stated = true;
 }
 
+/// Whether the joint's actuator has two pressures.
+bool has_chambers(const Scenario& scenario, const Joint& joint) {
+  return std::any_of(scenario.actuators.begin(), scenario.actuators.end(), [&](const ActuatorSpec& a) {
+    const int type = find_actuator(a.model);
+    return a.joint == joint.name && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
+  });
+}
+
 /// What can be compared at joint j: by simulation whatever is measured and can be predicted, by inverse dynamics the
 /// effort, or what is told the joint in its place, and the actuator's side.
 std::vector<ChannelKind> compared_kinds(const Scenario& scenario, const Joint& joint) {
@@ -104,7 +113,9 @@ std::vector<ChannelKind> compared_kinds(const Scenario& scenario, const Joint& j
   for (const Quantity& quantity : quantity_table()) {
     const bool measured = column_spec(scenario, quantity.kind, joint) != nullptr;
     const bool starts_there = inverse(scenario) && quantity.predicted_by == PredictedBy::motion;
-    const bool predicted = quantity.predicted_by != PredictedBy::given && quantity.predicted_by != PredictedBy::nothing;
+    const bool within = quantity.predicted_by == PredictedBy::chambers;
+    const bool predicted =
+        within ? !inverse(scenario) && has_chambers(scenario, joint) : quantity.predicted_by != PredictedBy::given;
     if (measured && predicted && !starts_there) out.push_back(quantity.kind);
   }
   if (!inverse(scenario) || column_spec(scenario, ChannelKind::effort, joint) != nullptr) return out;
@@ -175,6 +186,19 @@ int find_channel(const std::vector<Channel>& channels, ChannelKind kind, int joi
   return -1;
 }
 
+/// Chambers' pressures at a sample, from which a simulation starts: those of the joints whose pressures are compared.
+/// The sample alone: oil may ring faster than neighbouring samples could be averaged.
+std::vector<std::array<double, 2>> start_pressures(const Cut& piece, const std::vector<Channel>& channels,
+                                                   std::size_t joints, std::size_t first) {
+  std::vector<std::array<double, 2>> out(joints, {std::nan(""), std::nan("")});
+  for (const Channel& channel : channels) {
+    if (quantity_of(channel.kind).predicted_by != PredictedBy::chambers) continue;
+    const std::vector<double>& column = piece.signal(channel.kind, channel.joint);
+    out[static_cast<std::size_t>(channel.joint)][channel.kind == ChannelKind::pressure_b ? 1 : 0] = column[first];
+  }
+  return out;
+}
+
 Segment make_segment(const Scenario& scenario, int index, const Cut& piece, const std::vector<Channel>& channels,
                      std::size_t first, std::size_t count) {
   const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
@@ -206,6 +230,7 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     segment.q0_error.push_back(start.value_error);
     segment.v0_error.push_back(start.slope_error);
   }
+  segment.pressures0 = start_pressures(piece, channels, segment.q0.size(), first);
   return segment;
 }
 

@@ -1,6 +1,7 @@
 // What was measured, cut into the pieces that are simulated: one segment per recording (free run) or per window.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -48,6 +49,9 @@ struct Segment {
   /// What happened in it (events.h): efforts on joints besides all else [joint][interval], N m (N), and what position
   /// transducers read too much [joint][sample], rad (m). Null: nothing.
   std::shared_ptr<const std::vector<std::vector<double>>> pushes = {}, slips = {};
+
+  /// [joint] Pa, chambers A and B at the start as measured there; NaN: not. Empty: at no joint.
+  std::vector<std::array<double, 2>> pressures0 = {};
 
   /// Inverse dynamics only: the motion on even samples, which the track's are, too, and those of its samples that are
   /// compared (low-passed signals are thinned to twice the cutoff).

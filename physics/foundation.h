@@ -99,6 +99,20 @@ class Foundation {
     }
   }
 
+  /// Inertia of the arm's joints, row by row, the base still.
+  void mass_matrix(const T* q, T* mass) {
+    if (under_ == 0) {
+      dynamics_.mass_matrix(q, mass);
+      return;
+    }
+    const std::size_t whole = under_ + n_;
+    std::vector<T> all(whole * whole);
+    place(q, nullptr);
+    dynamics_.mass_matrix(q_.data(), all.data());
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t j = 0; j < n_; ++j) mass[i * n_ + j] = all[(under_ + i) * whole + under_ + j];
+  }
+
   /// Efforts for a measured motion, of which the base is no part.
   void inverse_dynamics(const T* q, const T* v, const T* a, T* tau) {
     if (under_ == 0) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "physics/experiment.h"
+#include "physics/fast_motion.h"
 #include "physics/filter.h"
 #include "physics/plant.h"
 
@@ -48,10 +49,16 @@ template <class T, class Dyn>
 class InverseDynamicsRun {
  public:
   InverseDynamicsRun(Plant<T, Dyn>& plant, const Segment& segment)
-      : plant_(plant), segment_(segment), motion_(*segment.motion), n_(static_cast<std::size_t>(plant.dof())) {
+      : plant_(plant),
+        segment_(segment),
+        motion_(*segment.motion),
+        n_(static_cast<std::size_t>(plant.dof())),
+        fast_(n_, 2 * n_ + static_cast<std::size_t>(plant.states()) + 1) {
     for (std::vector<T>* each : {&q_, &v_, &a_, &u_, &tau_}) each->assign(n_, T(0.0));
     z_.assign(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
     m_.assign(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
+    for (int j = 0; j < plant.dof(); ++j)
+      if (plant.is_fast(j)) fast_.add(j, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(j)));
   }
 
   /// [channel][compared sample]: an effort, the command that the actuator would need for it, or the actuator's side.
@@ -119,37 +126,63 @@ class InverseDynamicsRun {
     now_.since = T(0.0);  // the memories are of this sample by now
   }
 
-  /// From sample k - 1 to k by Kutta's steps along the straight line between both, commands held.
+  /// From sample k - 1 to k along the straight line between both, commands held: by Kutta's steps, or those that carry
+  /// what is faster by itself.
   void carry_states(std::size_t k) {
     const double dt = motion_.time[k] - motion_.time[k - 1];
     const int steps = std::max(1, static_cast<int>(std::ceil(dt / kStateStep)));
-    const double h = dt / steps;
-    plant_.resolve(kResolvedSteps * h);
+    plant_.resolve(kResolvedSteps * dt / steps);
+    for (int s = 0; s < steps; ++s) fast_.none() ? kutta_step(k, s, steps) : fast_step(k, s, steps);
+  }
+
+  /// Rates of the states z where the motion is `share` of the way from sample k - 1 to k.
+  void rates(std::size_t k, double share, const T* z, T* out) {
+    for (std::size_t j = 0; j < n_; ++j) {
+      q_[j] = T(motion_.q[j][k - 1] + share * (motion_.q[j][k] - motion_.q[j][k - 1]));
+      v_[j] = T(motion_.v[j][k - 1] + share * (motion_.v[j][k] - motion_.v[j][k - 1]));
+    }
+    const Instant<T> at = on_the_way(k, share);
+    for (std::size_t j = 0; j < n_; ++j)
+      plant_.effort(static_cast<int>(j), at, q_[j], v_[j], u_[j], z, m_.data(), out, nullptr);
+  }
+  Instant<T> on_the_way(std::size_t k, double share) const {
+    const double dt = motion_.time[k] - motion_.time[k - 1];
+    return {T(segment_.session + motion_.time[k - 1] + share * dt), T(0.0), v_.data(), T(0.0), q_.data()};
+  }
+
+  void kutta_step(std::size_t k, int s, int steps) {
+    const double h = (motion_.time[k] - motion_.time[k - 1]) / steps;
+    const double begin = static_cast<double>(s) / steps, half = 0.5 / steps;
     std::vector<T> stage = z_, k1(z_.size()), k2 = k1, k3 = k1, k4 = k1;
-    const auto rates = [&](double share, const std::vector<T>& z, std::vector<T>& out) {
-      for (std::size_t j = 0; j < n_; ++j) {
-        q_[j] = T(motion_.q[j][k - 1] + share * (motion_.q[j][k] - motion_.q[j][k - 1]));
-        v_[j] = T(motion_.v[j][k - 1] + share * (motion_.v[j][k] - motion_.v[j][k - 1]));
-      }
-      const Instant<T> at{T(segment_.session + motion_.time[k - 1] + share * dt), T(0.0), v_.data(), T(0.0), q_.data()};
-      for (std::size_t j = 0; j < n_; ++j)
-        plant_.effort(static_cast<int>(j), at, q_[j], v_[j], u_[j], z.data(), m_.data(), out.data(), nullptr);
-    };
     const auto moved = [&](const std::vector<T>& rate, double by) {
       for (std::size_t i = 0; i < z_.size(); ++i) stage[i] = z_[i] + T(by) * rate[i];
+      return stage.data();
     };
-    for (int s = 0; s < steps; ++s) {
-      const double begin = static_cast<double>(s) / steps, half = 0.5 / steps;
-      rates(begin, z_, k1);
-      moved(k1, 0.5 * h);
-      rates(begin + half, stage, k2);
-      moved(k2, 0.5 * h);
-      rates(begin + half, stage, k3);
-      moved(k3, h);
-      rates(begin + 2.0 * half, stage, k4);
-      for (std::size_t i = 0; i < z_.size(); ++i)
-        z_[i] = z_[i] + T(h / 6.0) * (k1[i] + T(2.0) * (k2[i] + k3[i]) + k4[i]);
+    rates(k, begin, z_.data(), k1.data());
+    rates(k, begin + half, moved(k1, 0.5 * h), k2.data());
+    rates(k, begin + half, moved(k2, 0.5 * h), k3.data());
+    rates(k, begin + 2.0 * half, moved(k3, h), k4.data());
+    for (std::size_t i = 0; i < z_.size(); ++i) z_[i] = z_[i] + T(h / 6.0) * (k1[i] + T(2.0) * (k2[i] + k3[i]) + k4[i]);
+  }
+
+  /// The motion is given: no spring moves a joint (fast_ knows of no inertia), and only the states change.
+  void fast_step(std::size_t k, int s, int steps) {
+    const double h = (motion_.time[k] - motion_.time[k - 1]) / steps, begin = static_cast<double>(s) / steps;
+    const std::size_t z = 2 * n_;
+    std::vector<T> x(z + z_.size(), T(0.0)), k1 = x, k2 = x, k3 = x, k4 = x;
+    std::copy(z_.begin(), z_.end(), x.begin() + static_cast<std::ptrdiff_t>(z));
+    rates(k, begin, x.data() + z, k1.data() + z);
+    for (auto& spring : fast_.springs()) {
+      const std::size_t j = static_cast<std::size_t>(spring.joint);
+      spring.part = plant_.fast(spring.joint, on_the_way(k, begin), q_[j], v_[j], u_[j], z_.data(), m_.data());
     }
+    fast_.set_free(std::vector<T>(n_, T(1.0)));
+    double share = begin + 0.5 / steps;  // k2 and k3 in the middle, k4 at the end
+    fast_.step(x, T(h), k1, k2, k3, k4, x, [&](const T&, const std::vector<T>& at, std::vector<T>& out) {
+      if (&out == &k4) share = begin + 1.0 / steps;
+      rates(k, share, at.data() + z, out.data() + z);
+    });
+    std::copy(x.begin() + static_cast<std::ptrdiff_t>(z), x.end(), z_.begin());
   }
 
   T driven_effort(int j) {
@@ -194,6 +227,7 @@ class InverseDynamicsRun {
   const Segment& segment_;
   const MeasuredMotion& motion_;
   std::size_t n_;
+  FastMotion<T> fast_;
   std::vector<T> q_, v_, a_, u_, tau_, z_, m_;
   Instant<T> now_;
   std::size_t sample_ = 0;

@@ -90,6 +90,37 @@ class Plant {
     return sum;
   }
 
+  /// Whether joint j's actuator may be faster than the steps; not behind a spring or a gap, whose own side it moves.
+  bool is_fast(int j) const {
+    return std::any_of(joint(j).actuator.begin(), joint(j).actuator.end(),
+                       [](const Bound& c) { return c.hooks->fast != nullptr; }) &&
+           !any_effect(j, [](const Hooks<T>& h) { return h.lead != nullptr; });
+  }
+  bool has_chambers(int j) const { return joint(j).chambers; }
+  /// Pa, in either chamber of joint j's actuator in states z; NaN where it has none.
+  T pressure(int j, ChannelKind which, const T* z) const {
+    if (!joint(j).chambers) return T(std::nan(""));
+    return T(kPressureUnit) * z[actuator_state(j) + (which == ChannelKind::pressure_b ? 1 : 0)];
+  }
+  /// Puts a measured pressure (Pa; NaN: none was) in place of chamber `which` (0: A, 1: B) in states z.
+  void set_pressure(int j, int which, const T& measured, T* z) const {
+    if (!joint(j).chambers) return;
+    T& state = z[actuator_state(j) + which];
+    state = select(abs(measured) < T(1e300), measured / T(kPressureUnit), state);
+  }
+  /// Index of the actuator's first state among all of the plant's.
+  int actuator_state(int j) const { return joint(j).actuator.front().state; }
+  /// The fast part of joint j at `now`; arguments as of effort().
+  FastPart<T> fast(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T* z, const T* m) const {
+    JointView<T> s = view(joint(j), now, q, v, u);
+    pass_command(j, now, m, nullptr, s);
+    const Bound& c = joint(j).actuator.front();
+    s.z = z + c.state;
+    return c.hooks->fast(&parameters_[c.first], s);
+  }
+  /// Inertia of the arm at q, its base still, row by row: kg m^2 (kg m, kg).
+  void mass_matrix(const T* q, T* mass) { foundation_.mass_matrix(q, mass); }
+
   /// Accelerations of the joints under efforts tau, as Tree::forward_dynamics; `z_rate` takes the rates of the base's
   /// states among all states z.
   void forward_dynamics(const T* q, const T* v, const T* tau, const T* free, const T* z, T* a, T* z_rate,
@@ -240,7 +271,12 @@ class Plant {
   }
 
   /// Gain of joint j's actuator, used to express efforts in command units; 1 where it has none.
-  T gain(int j) const { return parameter_at(joint(j).roles.gain, 1.0); }
+  T gain(int j) const {
+    for (const Bound& c : joint(j).actuator) {
+      if (c.hooks->strength != nullptr) return c.hooks->strength(&parameters_[c.first]);
+    }
+    return parameter_at(joint(j).roles.gain, 1.0);
+  }
 
  private:
   struct Bound {
@@ -252,6 +288,7 @@ class Plant {
     std::vector<Bound> actuator, effects;
     ActuatorRoles roles;  ///< as indices of all parameters
     T load = T(0.0);      ///< N m or N, on the joint as last asked for
+    bool chambers = false;
   };
 
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
@@ -261,7 +298,9 @@ class Plant {
     memories_ += hooks.memories;
   }
   static void assign_roles(JointParts& parts, const Component& actuator) {
-    parts.roles = actuator_table()[static_cast<std::size_t>(actuator.type)].roles;
+    const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(actuator.type)];
+    parts.roles = info.roles;
+    parts.chambers = info.chambers;
     for (int* role : {&parts.roles.gain, &parts.roles.damping, &parts.roles.stiffness, &parts.roles.rest}) {
       if (*role >= 0) *role += actuator.first;
     }

@@ -10,8 +10,8 @@ const std::vector<Quantity>& quantity_table() {
       {ChannelKind::effort, "N m", "N", Stage::effort, PredictedBy::effort, "what the drive gives the joint"},
       {ChannelKind::motor_position, "rad", "m", Stage::transmission, PredictedBy::drive_side,
        "the actuator's side of the transmission, in the joint's coordinate"},
-      {ChannelKind::pressure_a, "Pa", "Pa", Stage::flow, PredictedBy::nothing, "pressure that pushes the joint up"},
-      {ChannelKind::pressure_b, "Pa", "Pa", Stage::flow, PredictedBy::nothing, "pressure that pushes the joint down"}};
+      {ChannelKind::pressure_a, "Pa", "Pa", Stage::flow, PredictedBy::chambers, "pressure that pushes the joint up"},
+      {ChannelKind::pressure_b, "Pa", "Pa", Stage::flow, PredictedBy::chambers, "pressure that pushes the joint down"}};
   return table;
 }
 

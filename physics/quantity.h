@@ -14,7 +14,7 @@ enum class PredictedBy {
   motion,      ///< simulated, as its transducer reads it; in inverse dynamics it is where everything starts
   effort,      ///< what the drive gives the joint, simulated or by inverse dynamics
   drive_side,  ///< the actuator's side of a transmission, simulated or by the effort that bends it
-  nothing      ///< no model here has it yet: refused where a scenario gives it
+  chambers     ///< simulated where the joint's actuator has chambers; elsewhere not compared, and a note says so
 };
 
 struct Quantity {

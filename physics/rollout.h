@@ -1,11 +1,12 @@
 // The only time loop: one plant, every lane a parameter set and a segment of its own, all on one clock.
 //
 // Between samples the command is held. Steps are Kutta's fourth-order ones of at most `max_step`, cut where a delayed
-// command jumps. Dry friction is exact: each joint slides (direction fixed over a step) or sticks (the joint is held);
-// a step in which a sliding joint would reverse, or the effort on a held one pass the break-away effort, is repeated up
-// to that instant, and the direction is decided anew there. So the order of the method survives friction, no step is
-// limited by its stiffness, and no instant of slip hangs on where steps happen to begin.
-// Lanes keep their own clocks inside a sample interval; a lane's result does not depend on its neighbours.
+// command jumps; oil springs faster than that are carried through them by themselves (fast_motion.h). Dry friction is
+// exact: each joint slides (direction fixed over a step) or sticks (the joint is held); a step in which a sliding joint
+// would reverse, or the effort on a held one pass the break-away effort, is repeated up to that instant, and the
+// direction is decided anew there. So the order of the method survives friction, no step is limited by its stiffness,
+// and no instant of slip hangs on where steps happen to begin. Lanes keep their own clocks inside a sample interval; a
+// lane's result does not depend on its neighbours.
 #pragma once
 
 #include <array>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "physics/experiment.h"
+#include "physics/fast_motion.h"
 #include "physics/linear_motion.h"
 #include "physics/plant.h"
 
@@ -66,6 +68,8 @@ class Rollout {
   void derivative(const T& since, const State& x, State& dx);
   void remember(const T& since);
   void decide_directions(const Mask<T>& active);
+  void look_at_fast_motion();
+  void take_step(const T& h);
   void kutta_step(const T& h);
   /// What friction withstands of `pull` (N m or N) on joint j at rest, N m or N, >= 0.
   T breakaway(std::size_t j, const T& pull) const { return select(pull < T(0.0), hold_down_[j], hold_up_[j]); }
@@ -86,6 +90,8 @@ class Rollout {
   T t_ = T(0.0);        ///< s, each lane its own, from the recording's start
   T session_ = T(0.0);  ///< s, from the session's start to the recording's
   State x_, next_, stage_, k1_, k2_, k3_, k4_;
+  FastMotion<T> fast_;
+  std::vector<T> mass_;    ///< the arm's inertia, row by row
   std::vector<T> memory_;  ///< of the plant, at the start of the step
   std::vector<T> u_, tau_, free_, direction_;
   std::vector<T> push_, probe_;  ///< N m or N, on the joints besides: the segments' own with it, and what linearises

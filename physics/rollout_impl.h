@@ -11,11 +11,17 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
     : plant_(plant),
       n_(static_cast<std::size_t>(plant.dof())),
       size_(2 * n_ + static_cast<std::size_t>(plant.states())),
+      fast_(n_, size_),
       dry_(n_) {
   for (State* x : {&x_, &next_, &stage_, &k1_, &k2_, &k3_, &k4_}) x->assign(size_, T(0.0));
   for (std::vector<T>* w : {&u_, &tau_, &push_, &probe_, &imbalance_, &imbalance_at_start_, &imbalance_at_middle_,
                             &direction_, &hold_up_, &hold_down_}) {
     w->assign(n_, T(0.0));
+  }
+  mass_.assign(n_ * n_, T(0.0));
+  for (std::size_t j = 0; j < n_; ++j) {
+    const int joint = static_cast<int>(j);
+    if (plant.is_fast(joint)) fast_.add(joint, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(joint)));
   }
   memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
   free_.assign(n_, T(1.0));
@@ -147,6 +153,14 @@ void Rollout<T, Dyn>::start(double max_step) {
   session_ = of_each([](const Segment& s) { return s.session; });
   fetch_commands(0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
+  for (std::size_t j = 0; j < n_; ++j) {
+    for (const std::size_t which : {0u, 1u}) {
+      const auto measured = [&](const Segment& s) {
+        return s.pressures0.empty() ? std::nan("") : s.pressures0[j][which];
+      };
+      plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), of_each(measured), x_.data() + 2 * n_);
+    }
+  }
   plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
 }
 
@@ -216,13 +230,14 @@ void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
     remember(T(0.0));
     step_ = h;
     decide_directions(active);
-    kutta_step(h);
+    look_at_fast_motion();
+    take_step(h);
     if (any_dry_ && round < most) {
       const T first = first_event(h, fraction);
       if (any(first < T(1.0))) {
         step_ = h = select(first < T(1.0), h * first, h);
         if (!memory_.empty()) derivative(T(0.0), x_, k1_);  // a memory's course depends on the step
-        kutta_step(h);
+        take_step(h);
         settle_events(first, fraction);
       }
     }
@@ -319,7 +334,33 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
   imbalance_at_start_ = imbalance_;
 }
 
+/// The fast part of the rates at the present state, for the step that begins.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::look_at_fast_motion() {
+  if (fast_.none()) return;
+  plant_.mass_matrix(x_.data(), mass_.data());
+  fast_.set_inertia(mass_);
+  const Instant<T> now = instant(T(0.0), x_);
+  for (auto& spring : fast_.springs()) {
+    const std::size_t j = static_cast<std::size_t>(spring.joint);
+    spring.part = plant_.fast(spring.joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data());
+  }
+  fast_.set_free(free_);
+}
+
 /// next_ = x_ after one step of h, from k1_.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::take_step(const T& h) {
+  if (fast_.none()) return kutta_step(h);
+  bool middle = false;  // k2 is evaluated there, then k3
+  fast_.step(x_, h, k1_, k2_, k3_, k4_, next_, [&](const T& since, const State& x, State& dx) {
+    derivative(since, x, dx);
+    if (any_dry_ && middle) imbalance_at_middle_ = imbalance_;
+    middle = &dx == &k2_;
+  });
+}
+
+/// The same where nothing is faster than the steps.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::kutta_step(const T& h) {
   const T half = T(0.5) * h;
@@ -420,9 +461,11 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
         break;
       case ChannelKind::motor_position: value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_); break;
       case ChannelKind::position: value = x_[j]; break;
-      case ChannelKind::command:
       case ChannelKind::pressure_a:
-      case ChannelKind::pressure_b: value = T(std::nan(""));  // never a channel of a simulation: make_experiment
+      case ChannelKind::pressure_b:
+        value = plant_.pressure(channels[c].joint, channels[c].kind, x_.data() + 2 * n_);
+        break;
+      case ChannelKind::command: value = T(std::nan(""));  // never a channel of a simulation: make_experiment
     }
   }
 }

@@ -100,10 +100,16 @@ class TruthRun {
     }
     fetch_commands();
     const State start = x_;
-    if (!options_.settle || !settle()) {
+    bool stands = !options_.settle;  // a closed cylinder holds wherever it stands
+    for (std::size_t j = 0; j < n_; ++j) stands = stands || plant_.has_chambers(static_cast<int>(j));
+    if (stands || !settle()) {
       x_ = start;
       plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
     }
+    for (std::size_t j = 0; j < segment_.pressures0.size(); ++j)
+      for (const std::size_t which : {0u, 1u})
+        plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), T(segment_.pressures0[j][which]),
+                            x_.data() + 2 * n_);
     plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_,
                           memory_.data());
   }
@@ -386,6 +392,8 @@ class TruthRun {
       if (channels[c].kind == ChannelKind::velocity) value = x_[n_ + j];
       if (channels[c].kind == ChannelKind::motor_position)
         value = plant_.drive_side(channels[c].joint, x_[j], x_.data() + 2 * n_);
+      if (channels[c].kind == ChannelKind::pressure_a || channels[c].kind == ChannelKind::pressure_b)
+        value = plant_.pressure(channels[c].joint, channels[c].kind, x_.data() + 2 * n_);
       if (channels[c].kind == ChannelKind::effort)
         value = plant_.measured_effort(
             channels[c].joint, plant_.drive_effort(channels[c].joint, instant(T(0.0), x_), x_[j], x_[n_ + j], u_[j],

@@ -20,7 +20,8 @@ std::string linear_for(const std::string& unit) {
                                                                            {"N m/rad^3", "N/m^3"},
                                                                            {"kg m^2", "kg"},
                                                                            {"N m (s/rad)^p", "N (s/m)^p"},
-                                                                           {"1/rad", "1/m"}};
+                                                                           {"1/rad", "1/m"},
+                                                                           {"m/rad", "1"}};
   for (const auto& [angular, straight] : kLinear) {
     if (unit == angular) return straight;
   }

@@ -294,7 +294,8 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
   }
   const std::size_t dot = entry.rfind('.');
   const std::string kind = dot == std::string::npos ? "" : entry.substr(dot + 1);
-  const bool qualified = kind == "velocity" || kind == "effort" || kind == "motor_position";
+  const bool qualified = kind == "velocity" || kind == "effort" || kind == "motor_position" || kind == "pressure_a" ||
+                         kind == "pressure_b";
   const auto efforts = scenario.channels.of.find(ChannelKind::effort);
   const bool measured = efforts != scenario.channels.of.end() && efforts->second.count(entry) > 0;
   if (!qualified && !measured && std::holds_alternative<InverseDynamics>(scenario.prediction))
@@ -303,6 +304,7 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
       scenario.robot ? scenario.robot->find_joint(qualified ? entry.substr(0, dot) : entry) : std::nullopt;
   if (!joint) return {};
   const bool slides = scenario.robot->joints()[static_cast<std::size_t>(*joint)].prismatic();
+  if (kind == "pressure_a" || kind == "pressure_b") return "Pa";
   if (kind == "velocity") return slides ? "m/s" : "rad/s";
   const bool effort = kind == "effort" || (measured && std::holds_alternative<InverseDynamics>(scenario.prediction));
   if (effort) return slides ? "N" : "N m";

@@ -368,14 +368,28 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
   }
 }
 
+/// A pressure is used where the joint's actuator has areas, and thereby chambers, and motions are simulated.
+void ScenarioParser::note_unused_pressures() {
+  const bool simulated = !std::holds_alternative<InverseDynamics>(out_.prediction);
+  const auto has_areas = [&](const std::string& joint) {
+    return std::any_of(out_.actuators.begin(), out_.actuators.end(),
+                       [&](const ActuatorSpec& a) { return a.joint == joint && a.parameters.count("area_a") > 0; });
+  };
+  for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) {
+    const auto channels = out_.channels.of.find(kind);
+    if (channels == out_.channels.of.end()) continue;
+    for (const auto& [joint, unused] : channels->second) {
+      if (simulated && has_areas(joint)) continue;
+      out_.notes.push_back(fmt::format(
+          "channels.{} of {}: read and checked, but not used: {}", to_string(kind), printable(joint, 60),
+          simulated ? "only a hydraulic actuator predicts a pressure" : "inverse dynamics predicts no pressure"));
+    }
+  }
+}
+
 /// Nothing given is ignored in silence.
 void ScenarioParser::note_unused() {
-  for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b})
-    if (out_.channels.of.count(kind) > 0)
-      out_.notes.push_back(
-          fmt::format("channels.{}: read and checked, but no model here predicts a pressure yet: it "
-                      "is not used",
-                      to_string(kind)));
+  note_unused_pressures();
   const auto commands = out_.channels.of.find(ChannelKind::command),
              efforts = out_.channels.of.find(ChannelKind::effort);
   if (!std::holds_alternative<InverseDynamics>(out_.prediction) || commands == out_.channels.of.end() ||

@@ -27,6 +27,7 @@ class ScenarioParser {
   void parse_recordings(const YamlCursor& section);
   void parse_effects(const YamlCursor& section);
   void parse_payloads(const YamlCursor& section);
+  void note_unused_pressures();
   void note_unused();
   void parse_prediction(const YamlCursor& section);
   void parse_motion(const YamlCursor& section);

@@ -451,7 +451,15 @@ TEST(Actuators, OfNegativeGainAreThoseOfPositiveGainUnderTheOppositeCommand) {
   const std::map<std::string, std::map<std::string, double>> models = {
       {"torque_source", {{"damping", 2.0}, {"stiffness", 5.0}}},
       {"flow_source", {{"damping", 40.0}, {"stiffness", 800.0}}},
-      {"direct_effort", {{"damping", 2.0}}}};
+      {"direct_effort", {{"damping", 2.0}}},
+      {"hydraulic",
+       {{"full_command", 1e9},  // of gains of 3: flows of some litres a minute
+        {"area_a", 1e-3},
+        {"area_b", 8e-4},
+        {"dead_volume_a", 1e-4},
+        {"dead_volume_b", 1e-4},
+        {"stroke", 0.5},
+        {"supply_pressure", 2e7}}}};
   for (const auto& [model, others] : models) {
     const auto moved = [&, &model = model](double gain, const Drive& by) {
       std::map<std::string, double> p = others;

@@ -134,6 +134,17 @@ TEST(OilSpring, IsCarriedAlongTheMotion) {
   EXPECT_GT(share_left(stiffer), 0.5) << "the spring must matter";
 }
 
+TEST(Cylinder, GivesTheEffortThatItsMotionNeeds) {
+  // Whatever the pressures carried along the motion come to: measured behind them, the effort is the motion's own.
+  const std::map<std::string, double> cylinder{
+      {"gain", 2e-9},          {"full_command", 2.0}, {"area_a", 2e-4},
+      {"area_b", 1.5e-4},      {"ratio", 0.02},       {"dead_volume_a", 1e-6},
+      {"dead_volume_b", 1e-6}, {"stroke", 0.2},       {"supply_pressure", 1.6e7},
+      {"return_pressure", 5e5}};
+  const Scenario scenario = recorded_truth(pushed_rods({}, "hydraulic", cylinder), push(2.0));
+  EXPECT_LT(share_left(scenario), kLeft);
+}
+
 TEST(DriveSide, LeadsTheLinkByTheEffortThatBendsTheJoint) {
   constexpr double kStiffness = 200.0;  // N m/rad
   Scenario model = pushed_rods(

@@ -64,7 +64,7 @@ TEST(PlantModel, GivesLinearUnitsToPrismaticJoints) {
 TEST(PlantModel, RefusesWhatItDoesNotKnowAndListsWhatItDoes) {
   const std::string at = "test: actuators.swing";
   expect_refused(pendulum_with({actuator("swing", "magnet", {})}), at,
-                 {"\"magnet\"", "torque_source", "flow_source", "direct_effort"});
+                 {"\"magnet\"", "torque_source", "flow_source", "direct_effort", "hydraulic"});
   expect_refused(pendulum_with({actuator("swing", "torque_source", {{"gian", 1.0}})}), at,
                  {"\"gian\"", "gain", "damping"});
   expect_refused(pendulum_with({drive()}, {effect("gremlins", "swing", {})}), "test: effects",
@@ -96,8 +96,9 @@ TEST(PlantModel, RefusesABreakAwayEffortBelowTheSlidingOne) {
 
 TEST(PlantModel, TakesNegativeGainsAndOrdersTheBoundsRelativeToThem) {
   for (const ActuatorInfo& info : actuator_table()) {
-    std::map<std::string, double> p{{"gain", -2.0}, {"damping", 0.5}};
-    if (info.roles.stiffness >= 0) p["stiffness"] = 1.0;
+    std::map<std::string, double> p{{"gain", -2.0}};
+    for (const ParameterInfo& needed : info.parameters)
+      if (std::isnan(needed.neutral)) p.try_emplace(needed.name, std::clamp(1.0, needed.lower, needed.upper));
     Scenario scenario = pendulum_with({actuator("swing", info.name, p)});
     scenario.identify = {{"gain", true, 0.5, 2.0, "test"}};
     const PlantModel model(scenario);

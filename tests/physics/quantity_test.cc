@@ -34,10 +34,10 @@ TEST(QuantityTable, UnitsAreSiAndThoseOfTheJointsKind) {
   EXPECT_EQ(units(ChannelKind::pressure_b), units(ChannelKind::pressure_a));
 }
 
-TEST(QuantityTable, OnlyCommandsAreGivenAndOnlyPressuresHaveNoModelYet) {
+TEST(QuantityTable, OnlyCommandsAreGivenAndOnlyPressuresNeedChambers) {
   for (const Quantity& q : quantity_table()) {
     EXPECT_EQ(q.predicted_by == PredictedBy::given, q.kind == ChannelKind::command) << q.meaning;
-    EXPECT_EQ(q.predicted_by == PredictedBy::nothing,
+    EXPECT_EQ(q.predicted_by == PredictedBy::chambers,
               q.kind == ChannelKind::pressure_a || q.kind == ChannelKind::pressure_b)
         << q.meaning;
   }

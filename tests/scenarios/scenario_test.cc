@@ -53,6 +53,24 @@ TEST(Scenario, LoadsEverySection) {
   EXPECT_EQ(std::get<Windows>(s.prediction).horizon, 0.2);
 }
 
+TEST(Scenario, NotesPressuresThatNothingPredicts) {
+  const std::string measured = replaced(kScenario, "noise:\n", "  pressure_a: {a: p_a, b: p_b}\nnoise:\n");
+  const auto notes_of = [](const std::string& scenario) {
+    const ScenarioFolder folder(scenario);
+    folder.write("run.csv",
+                 "t,u_a,u_b,q_a,q_b,p_a,p_b\n0,1,2,.1,.2,5,6\n.1,1,2,.1,.2,5,6\n.2,1,2,.1,.2,5,6\n"
+                 ".3,1,2,.1,.2,5,6\n.4,1,2,.1,.2,5,6\n.5,1,2,.1,.2,5,6\n.6,1,2,.1,.2,5,6\n");
+    return load_scenario(folder.file).notes;
+  };
+  const auto at = [](const char* joint) { return testing::StartsWith("channels.pressure_a of " + std::string(joint)); };
+  EXPECT_THAT(notes_of(measured), ElementsAre(at("a"), at("b")));
+  const std::string hydraulic = replaced(measured, "a: {model: torque_source, gain: 10, damping: 2}",
+                                         "a: {model: hydraulic, gain: 1e-9, area_a: 1e-3, area_b: 1e-3}");
+  EXPECT_THAT(notes_of(replaced(hydraulic, "  a.damping: [1, 4]\n", "")), ElementsAre(at("b")));
+  const std::string inverse = replaced(hydraulic, "{horizon: 0.2}", "{inverse_dynamics: {cutoff_hz: 2}}");
+  EXPECT_THAT(notes_of(inverse), testing::IsSupersetOf({at("a"), at("b")}));
+}
+
 TEST(Scenario, NotesMissingMeasuredValues) {
   const ScenarioFolder folder;
   EXPECT_THAT(load_scenario(folder.file).notes, ElementsAre("run.csv: 2 missing values left out (q_a 1, q_b 1)"));
