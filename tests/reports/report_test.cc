@@ -117,9 +117,10 @@ TEST(DiagnosisPage, DrawsEveryLearnedLawWithWhatItLooksLike) {
   const std::size_t end = page.find("</section>", section);
   const std::string body = page.substr(section, end - section);
   for (const LearnedLaw* law : {&ripple, &drag}) EXPECT_NE(body.find(law->description + "."), std::string::npos);
-  for (const char* words : {"<title>Learned effort at joint_2 over its position</title>", "position of joint_2, rad",
-                            "<title>Learned effort at joint_2 over its speed</title>", "speed of joint_2, rad/s",
-                            "learned effort, ", "94 % of the validate recordings", "a probability of 0.97"})
+  for (const char* words :
+       {"<title>Learned effort at joint_2 over the position of joint_2</title>", "position of joint_2, rad",
+        "<title>Learned effort at joint_2 over the speed of joint_2</title>", "speed of joint_2, rad/s",
+        "Learned effort, ", "94 % of the validate recordings", "a probability of 0.97"})
     EXPECT_NE(body.find(words), std::string::npos) << words;
   // A curve and both edges of its band, each.
   std::size_t paths = 0;

@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"RiseOfAReading", "value: 0.02}", "value: 0.02, rise: 0.01}",
                 "scenario.yaml:25: effects[2].events[0].rise: found \"0.01\", expected nothing: only learned_effort"},
         Spoiled{"CommandWithoutEvents", ", events: [{recording: run.csv, from: 0.1, to: 0.2, value: 0}]", "",
-                "scenario.yaml:24: effects[1]: found no key \"events\""},
+                "scenario.yaml:24: effects[1]: found no key \"over\""},
         Spoiled{"EffortWithNeitherEventsNorKnots",
                 ", events: [{recording: run.csv, from: 0.05, to: 0.25, value: -1.5, rise: 0.05}]", "",
                 "scenario.yaml:23: effects[0]: found no key \"over\""},
