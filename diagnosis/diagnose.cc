@@ -346,6 +346,8 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   const Experiment with_events = learn(scenario, experiment, simulator, control, before, current, named, out, report);
   out.added = added_effects(before.model, current);
 
+  for (LearnedLaw& law : out.learned) law.cloud = cloud_of(law, current, scenario, simulator);
+
   report("motions that separate what is alike", 0.91);
   separate(out.findings, before, named, experiment, simulator, control, out.seed);
 

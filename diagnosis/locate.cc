@@ -256,7 +256,48 @@ JointEffort joint_effort(const Efforts& efforts, std::size_t joint, const std::v
   return out;
 }
 
+/// The law where its first variable is x; of two branches the one of the sign of `beside`.
+double value_at(const LearnedLaw& law, double x, double beside) {
+  const std::size_t columns = law.over.size() > 1 ? law.over[1].knots : 1, rows = law.curve.size() / columns;
+  const std::size_t column = columns > 1 && beside > 0.0 ? columns - 1 : 0;
+  const double spacing = (law.curve.back().at - law.curve.front().at) / static_cast<double>(rows - 1);
+  const double at = std::clamp((x - law.curve.front().at) / spacing, 0.0, static_cast<double>(rows - 1));
+  const std::size_t row = std::min(static_cast<std::size_t>(at), rows - 2);
+  const double share = at - static_cast<double>(row);
+  return (1.0 - share) * law.curve[row * columns + column].value +
+         share * law.curve[(row + 1) * columns + column].value;
+}
+
 }  // namespace
+
+std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const CurrentModel& with_law,
+                                                const Scenario& scenario, const SimulatorOptions& options) {
+  const bool map = law.over.size() > 1 && law.over[1].knots > 2;
+  const int gain = with_law.model.find(law.place + ".gain");
+  if (law.stage != Stage::link || map || law.curve.size() < 4 || gain < 0 ||
+      std::holds_alternative<InverseDynamics>(scenario.prediction))
+    return {};
+  const Parameter& drives = with_law.model.parameters()[static_cast<std::size_t>(gain)];
+  if (!drives.unit.starts_with("N")) return {};
+  const Efforts efforts(with_law, scenario, options);
+  if (!efforts.any()) return {};
+  const Eigen::VectorXd missing = efforts.measured();
+  if (!missing.allFinite()) return {};
+  const std::string& name = law.over.front().name;
+  const std::size_t dot = name.rfind('.');
+  const Robot& robot = with_law.model.robot();
+  const auto own = static_cast<std::size_t>(*robot.find_joint(law.place));
+  const auto whose = dot == std::string::npos ? own : static_cast<std::size_t>(*robot.find_joint(name.substr(0, dot)));
+  const std::vector<ResidualBlock> layout = efforts.layout();
+  const JointEffort here = joint_effort(efforts, own, layout, missing, missing);
+  const JointEffort there = whose == own ? here : joint_effort(efforts, whose, layout, missing, missing);
+  const std::vector<double>& x = name.ends_with('v') ? there.states.v : there.states.q;
+  const double newtons = with_law.space.expand(with_law.fit.point)[static_cast<std::size_t>(gain)];
+  std::vector<std::pair<double, double>> out;
+  for (std::size_t k = 0; k < std::min({x.size(), here.d.size(), here.states.v.size()}); ++k)
+    out.emplace_back(x[k], newtons * here.d[k] + value_at(law, x[k], here.states.v[k]));
+  return out;
+}
 
 std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing) {
   std::vector<std::string> out;

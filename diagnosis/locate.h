@@ -8,6 +8,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "physics/simulator.h"
@@ -15,6 +16,7 @@
 namespace lacuna {
 
 struct CurrentModel;
+struct LearnedLaw;
 
 constexpr double kLocateCutoff = 4.0;      ///< Hz
 constexpr double kLocateError = 1e-3;      ///< of one false statement in a diagnosis, for each kind of statement
@@ -53,6 +55,12 @@ struct MissingEffort {
   std::string recording;              ///< of the trace:
   std::vector<double> time, trace;    ///< s, and the effort
 };
+
+/// What a learned law of an effort stands for, over its first variable: the effort that the measured motion needs
+/// beyond the model with the law, sample by sample, and the law's own on top; N m (N). Empty where inverse dynamics
+/// cannot be had or the joint's command is no effort. Of train and validate recordings.
+std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const CurrentModel& with_law,
+                                                const Scenario& scenario, const SimulatorOptions& options);
 
 /// Joints at which something may be missing: beyond the noise and at least `kLikely` of it all. Empty: any.
 constexpr double kLikely = 0.01;

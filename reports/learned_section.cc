@@ -64,7 +64,8 @@ Html plot(const LearnedLaw& law) {
   std::vector<double> seen_at, seen;
   for (const auto& [at, value] : law.cloud) seen_at.push_back(at), seen.push_back(value);
   if (!seen.empty())
-    out.curves.push_back({.label = "missing effort", .x = seen_at, .y = seen, .ink = Ink::measured, .points = true});
+    out.curves.push_back(
+        {.label = "missing effort", .x = seen_at, .y = seen, .ink = Ink::measured, .width = 2.6, .points = true});
   const bool band = slices.size() <= 2;
   for (const Slice& slice : slices) {
     if (band) {

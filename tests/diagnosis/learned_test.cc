@@ -118,5 +118,43 @@ TEST(LearnedLaws, AreNoneWhereTheModelIsExact) {
   EXPECT_TRUE(d.added.empty());
 }
 
+/// The plain pendulum, from wrong numbers, on recordings with one thing outside the catalogue.
+Diagnosis diagnosed_with(OutsidePhysics::Kind kind, double strength, const OutsidePhysics::Form& form) {
+  const OutsidePhysics physics{kind, 0, strength, {}, form};
+  return diagnosed(guessed_pendulum([&](Role) { return std::vector<OutsidePhysics>{physics}; }));
+}
+std::vector<std::string> variables(const LearnedLaw& law) {
+  std::vector<std::string> out;
+  for (const LearnedLaw::Variable& v : law.over) out.push_back(v.name);
+  return out;
+}
+
+TEST(LearnedLaws, OfAValvesNotchAreOnItsCommand) {
+  OutsidePhysics::Form form;
+  form.centre = 0.6, form.width = 0.25;
+  const Diagnosis d = diagnosed_with(OutsidePhysics::Kind::valve_notch, 0.4, form);
+  EXPECT_EQ(d.verdict, Verdict::unknown_physics);
+  ASSERT_EQ(d.learned.size(), 1u);
+  EXPECT_EQ(d.learned.front().stage, Stage::command);
+  EXPECT_EQ(variables(d.learned.front()), std::vector<std::string>{"u"});
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.3 * kTransducerNoise) << d.learned.front().description;
+  ASSERT_EQ(d.added.size(), 1u);
+  EXPECT_EQ(d.added.front().effect, "learned_command");
+}
+
+TEST(LearnedLaws, OfATightSpotHaveACurveForEitherWay) {
+  OutsidePhysics::Form form;
+  form.centre = 0.1, form.width = 0.25, form.slow = 0.02;
+  const Diagnosis d = diagnosed_with(OutsidePhysics::Kind::tight_spot, 0.5, form);
+  EXPECT_EQ(d.verdict, Verdict::unknown_physics);
+  ASSERT_EQ(d.learned.size(), 1u);
+  const LearnedLaw& law = d.learned.front();
+  EXPECT_EQ(law.stage, Stage::link);
+  EXPECT_EQ(variables(law), (std::vector<std::string>{"q", "v"}));
+  EXPECT_EQ(law.over[1].knots, 2u);
+  EXPECT_EQ(law.resembles, "friction that depends on the position");
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.3 * kTransducerNoise);
+}
+
 }  // namespace
 }  // namespace lacuna

@@ -173,5 +173,71 @@ TEST(ResemblanceWeights, LetPointsThatAreNotKnownSayLittle) {
   EXPECT_GT(law.share, 0.99);
 }
 
+/// A law of two variables on `rows` by `columns` knots.
+LearnedLaw described_map(const std::function<double(double, double)>& law, LearnedLaw::Variable second,
+                         std::size_t rows = 16) {
+  LearnedLaw out;
+  out.place = "swing", out.unit = "N m";
+  out.over = {{"q", -1.0, 1.0, "rad", rows}, std::move(second)};
+  for (std::size_t k = 0; k < rows * out.over[1].knots; ++k) {
+    const auto at = [&](const LearnedLaw::Variable& v, std::size_t knot) {
+      return v.from + (v.to - v.from) * static_cast<double>(knot) / static_cast<double>(v.knots - 1);
+    };
+    const double x = at(out.over[0], k / out.over[1].knots), y = at(out.over[1], k % out.over[1].knots);
+    out.curve.push_back({x, law(x, y), law(x, y) - 0.01, law(x, y) + 0.01, y});
+  }
+  describe_curve(out);
+  return out;
+}
+
+TEST(ResemblanceOfALoop, IsFrictionThatDependsOnThePosition) {
+  const LearnedLaw::Variable way{"v", -0.05, 0.05, "rad/s", 2};
+  const auto spot = [](double q, double v) { return v > 0.0 ? -std::exp(-q * q / 0.04) : std::exp(-q * q / 0.04); };
+  const LearnedLaw friction = described_map(spot, way);
+  EXPECT_EQ(friction.resembles, "friction that depends on the position");
+  EXPECT_GT(friction.share, 0.99);
+  EXPECT_TRUE(says(friction, "depends on its position and on which way it moves")) << friction.description;
+  EXPECT_TRUE(says(friction, "a loop, so dry friction or a memory; like")) << friction.description;
+  const LearnedLaw spring = described_map([](double q, double) { return q * q * q; }, way);
+  EXPECT_LT(spring.share, 0.01) << "what does not turn with the way is no friction";
+}
+
+TEST(ResemblanceOfAMap, IsASumOrAProduct) {
+  const LearnedLaw::Variable other{"elbow.q", -1.0, 1.0, "rad", 8};
+  const LearnedLaw sum = described_map([](double x, double y) { return std::sin(2.0 * x) + y * y; }, other, 8);
+  EXPECT_EQ(sum.resembles, "two laws side by side, one of either");
+  EXPECT_NEAR(sum.share, 1.0, 1e-9);
+  EXPECT_TRUE(says(sum, "depends on its position and on the position of elbow")) << sum.description;
+  const LearnedLaw product = described_map([](double x, double y) { return std::sin(2.0 * x) * (y - 0.2); }, other, 8);
+  EXPECT_EQ(product.resembles, "the product of a law of either");
+  EXPECT_NEAR(product.share, 1.0, 1e-9);
+}
+
+TEST(ResemblanceOfACommand, IsANotchOrADeadZone) {
+  const auto described = [](const std::function<double(double)>& law, Stage stage) {
+    LearnedLaw out = described_law(law, "q", -1.0, 1.0);
+    out.stage = stage, out.over.front().name = stage == Stage::command ? "u" : "q";
+    describe_curve(out);
+    return out;
+  };
+  const LearnedLaw notch =
+      described([](double u) { return -0.2 * std::exp(-std::pow((u - 0.5) / 0.2, 2)) + 0.1 * u; }, Stage::command);
+  EXPECT_EQ(notch.resembles, "a notch");
+  EXPECT_TRUE(says(notch, "the command of swing arrives changed by what depends on its command")) << notch.description;
+  const LearnedLaw dead = described([](double u) { return -std::clamp(u, -0.1, 0.1); }, Stage::command);
+  EXPECT_EQ(dead.resembles, "a dead zone");
+  const LearnedLaw ring = described([](double q) { return 0.01 * std::sin(q); }, Stage::reading);
+  EXPECT_TRUE(says(ring, "the position of swing is read wrong")) << ring.description;
+}
+
+TEST(ResemblanceWords, SayWhichRecordingWouldTellMore) {
+  LearnedLaw law = described_law([](double q) { return q; }, "q", -1.0, 1.0);
+  EXPECT_TRUE(law.tells_more.empty());
+  law.curve.back().upper95 += 2.0;
+  describe_curve(law);
+  EXPECT_NE(law.tells_more.find("Least is known of it where its position is 1 rad"), std::string::npos)
+      << law.tells_more;
+}
+
 }  // namespace
 }  // namespace lacuna

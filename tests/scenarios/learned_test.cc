@@ -119,6 +119,40 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"AtAnUnknownJoint", "where: a, over", "where: z, over", "effects[0].where: found the joint \"z\""}),
     [](const auto& test) { return std::string(test.param.name); });
 
+TEST(LearnedEffortOfAScenario, MayBeOfTwoVariablesAndOfAnotherJoint) {
+  const std::string two =
+      replaced(learned_scenario(), "over: [q], knots: [-0.5, 0, 0.5, 1], values: [0.1, -2, 3, 0]",
+               "over: [b.v, q], knots: [[0, 1, 2, 3], [-0.5, 0.5]], values: [[1, 2], [3, 4], [5, 6], [7, 8]]");
+  const ScenarioFolder folder(two);
+  const Scenario s = load_scenario(folder.file);
+  Numbers expected{{"over", 1.0},   {"of", 2.0},      {"from", 0.0}, {"to", 3.0},     {"knots", 4.0},
+                   {"over_2", 0.0}, {"from_2", -0.5}, {"to_2", 0.5}, {"knots_2", 2.0}};
+  for (int k = 1; k <= 8; ++k) expected[fmt::format("value_{}", k)] = k;
+  EXPECT_EQ(s.effects[0].parameters, expected);
+  save_scenario(s, folder.path() / "again.yaml");
+  EXPECT_EQ(load_scenario(folder.path() / "again.yaml").effects[0].parameters, expected);
+}
+
+TEST(LearnedEffortOfAScenario, MayRepeatItself) {
+  const ScenarioFolder folder(
+      replaced(learned_scenario(), "values: [0.1, -2, 3, 0]", "values: [0.1, -2, 3, 0], period: 2"));
+  const Scenario s = load_scenario(folder.file);
+  EXPECT_EQ(s.effects[0].parameters.at("period"), 2.0);
+  save_scenario(s, folder.path() / "again.yaml");
+  EXPECT_EQ(load_scenario(folder.path() / "again.yaml").effects[0].parameters, s.effects[0].parameters);
+}
+
+TEST(LearnedEffortOfAScenario, MayBeOnACommandOrAReading) {
+  for (const char* name : {"learned_command", "learned_reading"}) {
+    const ScenarioFolder folder(replaced(learned_scenario(), "learned_effort", name));
+    const Scenario s = load_scenario(folder.file);
+    ASSERT_EQ(s.effects.size(), 1u) << name;
+    EXPECT_EQ(s.effects[0].effect, name);
+    save_scenario(s, folder.path() / "again.yaml");
+    EXPECT_EQ(load_scenario(folder.path() / "again.yaml").effects[0].parameters, s.effects[0].parameters);
+  }
+}
+
 TEST(LearnedEffortOfAScenario, IsSavedToTheSameNumbers) {
   const ScenarioFolder folder(learned_scenario());
   Scenario original = load_scenario(folder.file);
