@@ -10,6 +10,7 @@
 
 #include "diagnosis/evidence.h"
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/law_columns.h"
 #include "diagnosis/learnable.h"
 #include "diagnosis/linear_look.h"
 #include "diagnosis/projector.h"
@@ -27,7 +28,6 @@ constexpr std::array kOfOthers{8, 16};                ///< over what another joi
 constexpr std::array kOfMaps{6};                      ///< of either variable
 constexpr int kInPeriod = 24;                         ///< of a curve that repeats itself
 constexpr double kAtRest = 0.05;                      ///< of a joint's rms speed, within which it moves neither way
-constexpr double kNudge = 0.01;                       ///< of a joint's rms command, by which its sensitivity is taken
 constexpr double kNotToldApart = 3.0;                 ///< log evidence: 20 to 1
 constexpr double kInterval = 1.96;                    ///< standard errors of a 95 % band
 
@@ -42,78 +42,6 @@ constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before t
 struct Family {
   Learnable law;
   std::span<const int> resolutions;
-};
-
-/// Of what happens along the present motion: a law's variables and its efforts.
-class Along {
- public:
-  Along(const LinearLook& look, const Experiment& experiment, const std::vector<int>& segments)
-      : look_(look), experiment_(experiment), segments_(segments) {}
-
-  /// First and last knot at the ends of the range of a joint's variable; false where it stands still.
-  bool cover(int joint, Learnable::Variable& variable) const {
-    variable.from = HUGE_VAL, variable.to = -HUGE_VAL;
-    for (std::size_t at = 0; at < segments_.size(); ++at) {
-      const std::vector<double> x = course(at, joint, variable);
-      if (x.empty()) continue;
-      variable.from = std::min(variable.from, *std::min_element(x.begin(), x.end()));
-      variable.to = std::max(variable.to, *std::max_element(x.begin(), x.end()));
-    }
-    return variable.to > variable.from;
-  }
-
-  /// Changes of the whitened residual under a law on an effort or on a reading, one a value.
-  Eigen::MatrixXd changes(const Learnable& law) const {
-    std::vector<Eigen::MatrixXd> acts;
-    for (std::size_t at = 0; at < segments_.size(); ++at) acts.push_back(weights(at, law));
-    return law.stage == Stage::reading ? look_.changes_read(law.joint, acts) : look_.changes_at(law.joint, acts);
-  }
-
- private:
-  /// Of the `at`-th segment: a variable's values in every interval.
-  std::vector<double> course(std::size_t at, int joint, const Learnable::Variable& variable) const {
-    const MeasuredMotion& motion = *look_.motions()[at].between;
-    const auto whose = static_cast<std::size_t>(variable.of > 0 ? variable.of - 1 : joint);
-    if (variable.over == LearnedCurve::kPosition) return motion.q[whose];
-    if (variable.over == LearnedCurve::kSpeed) return motion.v[whose];
-    const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments_[at])];
-    const auto first = segment.commands->value[whose].begin() + static_cast<std::ptrdiff_t>(segment.first);
-    return {first, first + static_cast<std::ptrdiff_t>(look_.motions()[at].intervals())};
-  }
-  /// From the middles of intervals to the samples between them.
-  static std::vector<double> at_samples(const std::vector<double>& between) {
-    if (between.size() < 2) return std::vector<double>(between.size() + 1, between.empty() ? 0.0 : between.front());
-    std::vector<double> out{1.5 * between[0] - 0.5 * between[1]};
-    for (std::size_t k = 0; k + 1 < between.size(); ++k) out.push_back(0.5 * (between[k] + between[k + 1]));
-    out.push_back(2.0 * between.back() - out.back());
-    return out;
-  }
-  /// How much every value counts: a row a value, a column an interval (of a reading: a sample).
-  Eigen::MatrixXd weights(std::size_t at, const Learnable& law) const {
-    std::vector<double> x = course(at, law.joint, law.over), y;
-    if (law.beside) y = course(at, law.joint, *law.beside);
-    if (law.stage == Stage::reading) x = at_samples(x);
-    const int columns = law.beside ? law.beside->knots : 1;
-    Eigen::MatrixXd out(law.size(), static_cast<Eigen::Index>(x.size()));
-    for (std::size_t k = 0; k < x.size(); ++k)
-      for (int row = 0; row < law.over.knots; ++row) {
-        const double of_row = weight(law.over, law.period, x[k], row);
-        for (int column = 0; column < columns; ++column)
-          out(row * columns + column, static_cast<Eigen::Index>(k)) =
-              of_row * (law.beside && of_row != 0.0 ? weight(*law.beside, 0.0, y[k], column) : 1.0);
-      }
-    return out;
-  }
-  static double weight(const Learnable::Variable& variable, double period, double x, int knot) {
-    const double turns = period > 0.0 ? std::floor((x - variable.from) / period) : 0.0;
-    const double at = (x - variable.from - turns * period) / variable.spacing();
-    const double within = period > 0.0 ? at : std::clamp(at, 0.0, variable.knots - 1.0);
-    return LearnedCurve::weight(within, knot, variable.knots, period > 0.0);
-  }
-
-  const LinearLook& look_;
-  const Experiment& experiment_;
-  const std::vector<int>& segments_;
 };
 
 class Learner {
@@ -182,7 +110,7 @@ class Learner {
   }
 
   /// What a law of a joint may depend on, where it has none of that stage yet.
-  std::vector<Family> families(const Along& along, int joint) const {
+  std::vector<Family> families(const LawColumns& along, int joint) const {
     using enum LearnedCurve::Variable;
     std::vector<Family> out;
     const auto add = [&](Stage stage, Learnable::Variable over, std::span<const int> resolutions,
@@ -213,13 +141,13 @@ class Learner {
     About(const Learner& learner, const CurrentModel& model)
         : now(model),
           look(model, learner.experiment_, learner.sets_.simulator(), learner.sets_.train()),
-          along(look, learner.experiment_, learner.sets_.train()),
+          along(look, model, learner.experiment_, learner.sets_.train()),
           projector(model.fit.jacobian),
           rest(projector.rest(model.fit.residual)),
           effective(learner.effective_samples(model)) {}
     const CurrentModel& now;
     LinearLook look;
-    Along along;
+    LawColumns along;
     Projector projector;
     Eigen::VectorXd rest;
     double effective;
@@ -227,7 +155,7 @@ class Learner {
 
   /// Changes of the whitened residual, one a value of the law; what the fitted parameters take up is off.
   Eigen::MatrixXd sensitivities(const About& about, const Learnable& law) const {
-    Eigen::MatrixXd G = law.stage == Stage::command ? commanded(about, law) : about.along.changes(law);
+    Eigen::MatrixXd G = about.along.changes(law);
     if (!G.allFinite()) return {};
     for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) = about.projector.rest(G.col(k));
     return G;
@@ -252,26 +180,6 @@ class Learner {
     if (law.period <= 0.0) return weigh_curve(data_of(about, G, without), law);
     const auto data = [&](const Learnable& of) { return data_of(about, sensitivities(about, of), without); };
     sharpen_period(data, period_share(law, law.period), law);
-  }
-
-  /// Changes of the whitened residual under a law on the command, one a value: through valve and actuator, of which the
-  /// linearised plant knows no more than the efforts that come of it.
-  Eigen::MatrixXd commanded(const About& about, const Learnable& law) const {
-    const std::string& name = experiment_.joint_names[static_cast<std::size_t>(law.joint)];
-    const PlantModel& plain = about.now.model;
-    const bool stands = plain.find_effect_at(learned_effect(law.stage), name) >= 0;
-    const PlantModel model = stands ? plain : plain.with_effects({law.spec(name)});
-    std::vector<double> present = model.values();
-    const std::vector<double> fitted = about.now.space.expand(about.now.fit.point);
-    std::copy(fitted.begin(), fitted.end(), present.begin());
-    const double nudge = kNudge * experiment_.command_rms[static_cast<std::size_t>(law.joint)];
-    const int first = model.find(fmt::format("{}.{}.value_1", name, learned_effect(law.stage)));
-    std::vector<std::vector<double>> nudged(static_cast<std::size_t>(law.size()), present);
-    for (std::size_t k = 0; k < nudged.size(); ++k) nudged[k][static_cast<std::size_t>(first) + k] += nudge;
-    const std::vector<Eigen::VectorXd> changes = about.look.changes(model, nudged);
-    Eigen::MatrixXd out(about.rest.size(), law.size());
-    for (std::size_t k = 0; k < changes.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = changes[k] / nudge;
-    return out;
   }
 
   /// Of the whole residual: as many as say one thing each.

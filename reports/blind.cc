@@ -323,6 +323,7 @@ BlindVerdict read_verdict(std::string_view json, const std::string& shown) {
     out.before = fit_rms(fit, "before", role);
     out.after = fit_rms(fit, "after", role);
   }
+  out.validate = fit_rms(fit, "after", "validate");
   if (record.contains("identifiability"))
     out.effective_samples = number_in(record["identifiability"], "effective_samples");
   out.seconds = number_in(record, "seconds");
@@ -356,7 +357,11 @@ CaseScore score_case(const BlindCase& one) {
                                    one.verdict ? one.verdict->learned : std::vector<LearnedRecord>{}));
   if (!one.verdict) return out;
   const BlindVerdict& verdict = *one.verdict;
-  out.rest_over_noise = over_noise(verdict.after, verdict.noise);
+  const bool happens = std::ranges::any_of(one.label->effects, [](const BlindLabel::Effect& hidden) {
+    return is_foreign(hidden) && hidden.law && !hidden.law->events.empty();
+  });
+  out.rest_over_noise =
+      over_noise(happens && !verdict.validate.empty() ? verdict.validate : verdict.after, verdict.noise);
   out.claim_true = true_claims(verdict, *one.label);
   out.gain_share = gain_share(verdict);
   const auto hits = std::count(out.claim_true.begin(), out.claim_true.end(), true);

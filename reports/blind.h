@@ -51,6 +51,7 @@ struct BlindVerdict {
   std::vector<LearnedRecord> learned;
   std::vector<Tried> first_round;        ///< everything that was tried on the plain model
   JointRms noise, train, before, after;  ///< train: plain model on train; before, after: on test, else validate
+  JointRms validate;                     ///< after, on validate
   double effective_samples = 0.0, seconds = 0.0;
 };
 /// Throws InputError likewise.
@@ -78,8 +79,10 @@ struct CaseScore {
   double f1 = 0.0;          ///< of claims against hidden effects, by class
   double gain_share = 0.0;  ///< of the oracle's gain on held-out recordings; NaN where there is none to have
   std::vector<bool> claim_true;
-  std::vector<LawScore> laws;    ///< one a hidden effect outside the catalogue, in the label's order
-  double rest_over_noise = 0.0;  ///< what the diagnosed model leaves on held-out recordings; NaN: not known
+  std::vector<LawScore> laws;  ///< one a hidden effect outside the catalogue, in the label's order
+  /// What the diagnosed model leaves on held-out recordings: of hidden events on validate ones, since what happens in a
+  /// test recording is explained by nothing else. NaN: not known.
+  double rest_over_noise = 0.0;
 };
 constexpr double kAtNoise = 1.15;  ///< rest over noise up to which everything is explained
 /// The case must have a label; without a verdict nothing is right.
