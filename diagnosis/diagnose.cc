@@ -223,7 +223,9 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
                  Diagnosis& out, const Report& report) {
   if (!out.before.arrived) return experiment;
   const auto laws = [&](const Experiment& of) {
-    if (!out.learned.empty() || !(has_heap(out.findings) || leaves_a_rest(current, of, simulator))) return;
+    if (!out.learned.empty() || !((has_heap(out.findings) && std::holds_alternative<FreeRun>(of.prediction)) ||
+                                  leaves_a_rest(current, of, simulator)))
+      return;
     LearnedLaws learned = learn_laws(plain, current, of, simulator, control);
     out.learned = std::move(learned.laws);
     if (out.learned.empty()) return;

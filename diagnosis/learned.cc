@@ -55,7 +55,7 @@ class Learner {
   LearnedLaws run() {
     LearnedLaws out{standing_.model, {}, {}, standing_.model};
     if (sets_.validate().empty() || !sets_.fit(standing_.model, kRefitSteps)) return out;
-    replace_heaps(out.needless);
+    if (is_whole()) replace_heaps(out.needless);
     const std::vector<EffectSpec> names = named_effects();
     for (int law = 0; law < out.model.model.dof(); ++law) {
       if (!leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
@@ -109,6 +109,9 @@ class Learner {
     return best;
   }
 
+  /// Whether recordings are simulated from end to end. In hundreds of windows of a second or two more than a joint's
+  /// own position and speed costs minutes.
+  bool is_whole() const { return std::holds_alternative<FreeRun>(experiment_.prediction); }
   /// What a law of a joint may depend on, where it has none of that stage yet.
   std::vector<Family> families(const LawColumns& along, int joint) const {
     using enum LearnedCurve::Variable;
@@ -122,6 +125,7 @@ class Learner {
     };
     add(Stage::link, {kPosition}, kFine);
     add(Stage::link, {kSpeed}, kSharp);
+    if (!is_whole()) return out;
     const double rest = kAtRest * experiment_.speed_rms[static_cast<std::size_t>(joint)];
     if (rest > 0.0) add(Stage::link, {kPosition}, kCoarse, Learnable::Variable{kSpeed, 0, -rest, rest, 2});
     add(Stage::link, {kPosition}, kOfMaps, Learnable::Variable{kSpeed, 0, 0.0, 0.0, kOfMaps.front()});
