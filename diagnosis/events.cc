@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -18,6 +19,7 @@ constexpr double kTouching = 0.1;   ///< s between rectangles of one event, at m
 constexpr int kSharpened = 3;       ///< times that events are sized anew about the motion with them
 constexpr double kStands = 1e-3;    ///< relative change of what is left, under which they stay as they are
 constexpr double kExplained = 1.5;  ///< times the noise: what a recording leaves at most that events explain
+constexpr double kSparse = 0.5;     ///< of the recordings, over which events of one kind and joint lie at most
 constexpr int kRounds = 6;          ///< at most
 constexpr double kWake = 0.05;      ///< of the recording, on either side of a stronger event
 constexpr int kShifts = 8;          ///< samples, by which the edges of a lost command are moved at first
@@ -111,12 +113,17 @@ class EventFinder {
       }
       events = std::move(all);
     }
-    return explained(events, fitted, begun);
+    return explained(events, segments, fitted, begun);
   }
 
   /// Events where, with them in, their recording is explained; where it is not, what seems to happen may be the model's
-  /// own mistake. Recordings that are fitted together stand or fall together.
-  Events explained(Events events, bool fitted, const CurrentModel& begun) {
+  /// own mistake. Recordings that are fitted together stand or fall together. What happens most of the time is none,
+  /// either.
+  Events explained(Events events, const std::vector<int>& segments, bool fitted, const CurrentModel& begun) {
+    if (!is_sparse(events, segments)) {
+      model_ = begun;
+      return {};
+    }
     const Experiment with = with_events(recorded_, events);
     std::set<int> open;
     for (const FoundEvent& one : events)
@@ -127,6 +134,17 @@ class EventFinder {
     }
     std::erase_if(events, [&](const FoundEvent& one) { return open.count(one.segment) > 0; });
     return events;
+  }
+  bool is_sparse(const Events& events, const std::vector<int>& segments) const {
+    double span = 0.0;
+    for (const int s : segments) {
+      const Segment& segment = recorded_.segments[static_cast<std::size_t>(s)];
+      span += segment.time(segment.count - 1);
+    }
+    std::map<std::pair<EventSpec::Kind, int>, double> lasting;
+    for (const FoundEvent& one : events)
+      lasting[{one.event.kind, one.event.joint}] += one.event.end - one.event.begin;
+    return std::ranges::all_of(lasting, [&](const auto& entry) { return entry.second <= kSparse * span; });
   }
   /// Whether every channel leaves about its noise; of an unknown one nobody can say.
   bool is_explained(const Experiment& with, int segment) const {
