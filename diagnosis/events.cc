@@ -142,8 +142,7 @@ class EventFinder {
       span += segment.time(segment.count - 1);
     }
     std::map<std::pair<EventSpec::Kind, int>, double> lasting;
-    for (const FoundEvent& one : events)
-      lasting[{one.event.kind, one.event.joint}] += one.event.end - one.event.begin;
+    for (const FoundEvent& one : events) lasting[{one.event.kind, one.event.joint}] += one.event.end - one.event.begin;
     return std::ranges::all_of(lasting, [&](const auto& entry) { return entry.second <= kSparse * span; });
   }
   /// Whether every channel leaves about its noise; of an unknown one nobody can say.

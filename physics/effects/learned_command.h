@@ -7,17 +7,8 @@ namespace lacuna {
 /// What a valve or an amplifier adds to its command, and nobody wrote down.
 struct LearnedCommand {
   static EffectInfo info() {
-    EffectInfo info{"learned_command",
-                    "Learned command",
-                    Where::joint,
-                    Stage::command,
-                    "u -> u + f(u), or of another variable of the joint; f through its values at knots",
-                    "whatever it was learned from",
-                    "nothing that has a name",
-                    "cubic convolution: R. G. Keys, IEEE Trans. ASSP 29 (1981)",
-                    LearnedCurve::parameters("V", Scale::command)};
-    info.learned = true;
-    return info;
+    return LearnedCurve::info("learned_command", "Learned command", Stage::command,
+                              "u -> u + f(u), or of another variable; f by its values at knots", "V", Scale::command);
   }
   template <class T>
   static T command(const T* p, const JointView<T>& s) {

@@ -19,6 +19,21 @@ struct LearnedCurve {
   /// Where its numbers stand: five a variable, then the values, those of the last variable next to each other.
   enum { kOver, kOf, kFrom, kTo, kKnots, kSecond, kPeriod = 2 * kSecond, kValues };
 
+  /// Of an effect at a joint that adds such a law to a quantity of this unit and size.
+  static EffectInfo info(const char* name, const char* title, Stage stage, const char* equation, const char* unit,
+                         Scale scale) {
+    EffectInfo info{name,
+                    title,
+                    Where::joint,
+                    stage,
+                    equation,
+                    "whatever it was learned from",
+                    "nothing that has a name",
+                    "cubic convolution: R. G. Keys, IEEE Trans. ASSP 29 (1981)",
+                    parameters(unit, scale)};
+    info.learned = true;
+    return info;
+  }
   static std::vector<ParameterInfo> parameters(const char* unit, Scale scale) {
     constexpr const char* kUnit = "rad, rad/s, V, s";
     ParameterInfo value{"value", unit, 0.0, -1e9, 1e9, "the law at a knot", scale, {0.05}};

@@ -7,17 +7,8 @@ namespace lacuna {
 /// What a transducer adds to the joint's own position, and nobody wrote down.
 struct LearnedReading {
   static EffectInfo info() {
-    EffectInfo info{"learned_reading",
-                    "Learned reading",
-                    Where::joint,
-                    Stage::reading,
-                    "reading = q + f(q), f through its values at knots",
-                    "whatever it was learned from",
-                    "nothing that has a name",
-                    "cubic convolution: R. G. Keys, IEEE Trans. ASSP 29 (1981)",
-                    LearnedCurve::parameters("rad", Scale::position)};
-    info.learned = true;
-    return info;
+    return LearnedCurve::info("learned_reading", "Learned reading", Stage::reading,
+                              "reading = q + f(q), f by its values at knots", "rad", Scale::position);
   }
   template <class T>
   static void sense(const T* p, const std::vector<double>& time, T* q, std::size_t stride) {

@@ -142,6 +142,30 @@ TEST(LearnedLaws, OfAValvesNotchAreOnItsCommand) {
   EXPECT_EQ(d.added.front().effect, "learned_command");
 }
 
+/// A pendulum whose transducer turns about another centre than its track: read wrong by a law of the angle.
+TEST(LearnedLaws, OfATransducerAreOnItsReading) {
+  constexpr double kWrong = 0.01, kTurns = 9.0;  // rad; per rad
+  EffectSpec ring{
+      "learned_reading", "swing", {{"over", 0.0}, {"from", -3.0}, {"to", 3.0}, {"knots", 256.0}}, {}, "test"};
+  for (int k = 0; k < 256; ++k)
+    ring.parameters["value_" + std::to_string(k + 1)] = kWrong * std::sin(kTurns * (-3.0 + 6.0 * k / 255.0));
+  Scenario truth = pendulum_scenario({}), scenario = pendulum_scenario(kGuessed);
+  truth.effects = {ring};
+  for (const Role role : kEveryRole) {
+    const auto k = static_cast<std::uint64_t>(role);
+    const std::string file = std::string(to_string(role)) + ".csv";
+    const Drive drive = rested_drive(kRecordedFor, 7.3 * static_cast<double>(k));
+    add_recording(scenario, recording_with({}, truth, drive, file, 11 + k), role);
+  }
+  search_plain_numbers(scenario);
+  const Diagnosis d = diagnosed(scenario);
+  EXPECT_EQ(d.verdict, Verdict::unknown_physics);
+  ASSERT_EQ(d.learned.size(), 1u);
+  EXPECT_EQ(d.learned.front().stage, Stage::reading) << d.learned.front().description;
+  EXPECT_EQ(variables(d.learned.front()), std::vector<std::string>{"q"});
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
+}
+
 TEST(LearnedLaws, OfATightSpotHaveACurveForEitherWay) {
   OutsidePhysics::Form form;
   form.centre = 0.1, form.width = 0.25, form.slow = 0.02;

@@ -1,6 +1,7 @@
 // What the tests of this room share: temporary folders, a small valid robot, scenario and recording to be spoiled.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <string>
 
 #include "scenarios/error.h"
+#include "scenarios/scenario.h"
 
 namespace lacuna::test {
 
@@ -137,6 +139,15 @@ inline std::optional<std::filesystem::path> shared_data() {
       given != nullptr ? std::filesystem::path(given) : std::filesystem::path(LACUNA_SOURCE_DIR) / ".." / "shared";
   if (std::filesystem::is_directory(folder / "cases")) return folder;
   return std::nullopt;
+}
+
+/// A scenario spoiled so is refused in one line that says where, what was found and what was expected.
+inline void expect_refused(const std::string& scenario, const Spoiled& spoiled) {
+  using testing::HasSubstr;
+  const ScenarioFolder folder(replaced(scenario, spoiled.from, spoiled.to));
+  const std::string message = input_error([&] { load_scenario(folder.file); });
+  EXPECT_THAT(message, testing::AllOf(HasSubstr(spoiled.message), HasSubstr(": found "), HasSubstr(", expected ")));
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
 }  // namespace lacuna::test
