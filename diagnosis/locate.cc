@@ -11,6 +11,7 @@
 #include "diagnosis/when.h"
 #include "ga/random.h"
 #include "physics/filter.h"
+#include "scenarios/learned_entry.h"
 
 namespace lacuna {
 namespace {
@@ -283,15 +284,14 @@ std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const Cur
   if (!efforts.any()) return {};
   const Eigen::VectorXd missing = efforts.measured();
   if (!missing.allFinite()) return {};
-  const std::string& name = law.over.front().name;
-  const std::size_t dot = name.rfind('.');
+  const VariableName variable = variable_named(law.over.front().name);
   const Robot& robot = with_law.model.robot();
   const auto own = static_cast<std::size_t>(*robot.find_joint(law.place));
-  const auto whose = dot == std::string::npos ? own : static_cast<std::size_t>(*robot.find_joint(name.substr(0, dot)));
+  const auto whose = variable.joint.empty() ? own : static_cast<std::size_t>(*robot.find_joint(variable.joint));
   const std::vector<ResidualBlock> layout = efforts.layout();
   const JointEffort here = joint_effort(efforts, own, layout, missing, missing);
   const JointEffort there = whose == own ? here : joint_effort(efforts, whose, layout, missing, missing);
-  const std::vector<double>& x = name.ends_with('v') ? there.states.v : there.states.q;
+  const std::vector<double>& x = variable.quantity == "speed" ? there.states.v : there.states.q;
   const double newtons = with_law.space.expand(with_law.fit.point)[static_cast<std::size_t>(gain)];
   std::vector<std::pair<double, double>> out;
   for (std::size_t k = 0; k < std::min({x.size(), here.d.size(), here.states.v.size()}); ++k)

@@ -10,6 +10,8 @@
 #include <numbers>
 #include <optional>
 
+#include "scenarios/learned_entry.h"
+
 namespace lacuna {
 namespace {
 
@@ -40,19 +42,23 @@ Points points_of(const LearnedLaw& law) {
   return out;
 }
 
-/// Share of the curve's variance about its mean that columns explain, a constant beside them.
-double share_of(const Points& p, const std::vector<Eigen::ArrayXd>& columns) {
+/// What columns leave of the curve, each point counting by its weight.
+double left_by(const Points& p, const std::vector<Eigen::ArrayXd>& columns) {
   const Eigen::ArrayXd root = p.weight.sqrt();
-  const double mean = (p.weight * p.y).sum() / std::max(p.weight.sum(), 1e-300);
-  const double all = (p.weight * (p.y - mean).square()).sum();
-  if (!(all > kRoundings * (p.weight * p.y.square()).sum())) return 0.0;
   Eigen::MatrixXd A(p.x.size(), static_cast<Eigen::Index>(columns.size()) + 1);
   A.col(0) = root.matrix();
   for (std::size_t k = 0; k < columns.size(); ++k)
     A.col(static_cast<Eigen::Index>(k) + 1) = (root * columns[k]).matrix();
   const Eigen::VectorXd y = (root * p.y).matrix();
-  const Eigen::VectorXd c = A.colPivHouseholderQr().solve(y);
-  return 1.0 - (y - A * c).squaredNorm() / all;
+  return (y - A * A.colPivHouseholderQr().solve(y)).squaredNorm();
+}
+
+/// Share of the curve that columns explain, of what `known` and a constant leave of it.
+double share_of(const Points& p, const std::vector<Eigen::ArrayXd>& known, std::vector<Eigen::ArrayXd> columns) {
+  const double all = left_by(p, known);
+  if (!(all > kRoundings * (p.weight * p.y.square()).sum())) return 0.0;
+  columns.insert(columns.end(), known.begin(), known.end());
+  return 1.0 - left_by(p, columns) / all;
 }
 
 /// What textbooks tell apart.
@@ -60,7 +66,7 @@ enum class Over { position, speed, command, reading };
 Over kind_of(const LearnedLaw& law) {
   if (law.stage == Stage::command) return Over::command;
   if (law.stage == Stage::reading) return Over::reading;
-  return law.over.front().name.ends_with('v') ? Over::speed : Over::position;
+  return variable_named(law.over.front().name).quantity == "speed" ? Over::speed : Over::position;
 }
 
 /// A textbook law: its columns at a shape of its own in (0, 1), and how many numbers it has.
@@ -84,7 +90,7 @@ Textbook notch(double width) {
   return {"a notch", Over::command, 3, [width](const Eigen::ArrayXd& x, double shape) {
             const double range = x.maxCoeff() - x.minCoeff();
             const Eigen::ArrayXd away = (x - edge_of(x, shape)) / (width * range);
-            return std::vector<Eigen::ArrayXd>{x, (-away.square()).exp()};
+            return std::vector<Eigen::ArrayXd>{(-away.square()).exp()};
           }};
 }
 
@@ -120,23 +126,17 @@ const std::vector<Textbook>& textbook() {
          const Eigen::ArrayXd way = (x / (0.02 * reach(x) + 1e-12)).tanh(), ratio = x / (shape * reach(x) + 1e-12);
          return Columns{way, way * (-ratio.square()).exp()};
        }},
-      // What is added to a command may go with another gain: the gain itself was fitted beside it.
-      {"one direction weaker", Over::command, 1,
-       [](const Eigen::ArrayXd& x, double) {
-         return Columns{x, x.abs()};
-       }},
+      {"one direction weaker", Over::command, 1, [](const Eigen::ArrayXd& x, double) { return Columns{x.abs()}; }},
       {"a dead zone", Over::command, 2,
        [](const Eigen::ArrayXd& x, double shape) {
          const double edge = shape * reach(x);
-         return Columns{x, x.max(-edge).min(edge)};
+         return Columns{x.max(-edge).min(edge)};
        }},
       {"a saturation", Over::command, 2,
-       [](const Eigen::ArrayXd& x, double shape) {
-         return Columns{x, x.sign() * (x.abs() - shape * reach(x)).max(0.0)};
-       }},
+       [](const Eigen::ArrayXd& x, double shape) { return Columns{x.sign() * (x.abs() - shape * reach(x)).max(0.0)}; }},
       {"a gain that grows with the command", Over::command, 2,
        [](const Eigen::ArrayXd& x, double) {
-         return Columns{x, x * x.abs(), x.cube()};
+         return Columns{x * x.abs(), x.cube()};
        }},
       notch(0.05),
       notch(0.1),
@@ -162,11 +162,13 @@ struct Match {
 
 Match nearest(const Points& p, Over over) {
   Match best;
+  // A command's own gain was fitted beside what is added to it.
+  const std::vector<Eigen::ArrayXd> known = over == Over::command ? std::vector{p.x} : std::vector<Eigen::ArrayXd>{};
   for (const Textbook& law : textbook()) {
     if (law.over != over) continue;
     Match here{&law, -HUGE_VAL, 0.5};
     for (int k = 0; k < kShapes; ++k) {
-      const double shape = (k + 0.5) / kShapes, share = share_of(p, law.columns(p.x, shape));
+      const double shape = (k + 0.5) / kShapes, share = share_of(p, known, law.columns(p.x, shape));
       if (share > here.share) here.share = share, here.shape = shape;
     }
     const double handicap = best.law == nullptr ? 0.0 : kSimpler * (law.numbers - best.law->numbers);
@@ -217,14 +219,9 @@ std::string shape_words(const LearnedLaw& law) {
 
 /// "its position", "the speed of elbow".
 std::string words_of(const LearnedLaw::Variable& variable) {
-  const std::size_t dot = variable.name.rfind('.');
-  const std::string letter = dot == std::string::npos ? variable.name : variable.name.substr(dot + 1);
-  const std::string quantity = letter == "q"   ? "position"
-                               : letter == "v" ? "speed"
-                               : letter == "u" ? "command"
-                                               : "time of the session";
-  if (dot != std::string::npos) return "the " + quantity + " of " + variable.name.substr(0, dot);
-  return (letter == "t" ? "the " : "its ") + quantity;
+  const VariableName name = variable_named(variable.name);
+  if (!name.joint.empty()) return fmt::format("the {} of {}", name.quantity, name.joint);
+  return name.quantity == "time" ? "the time of the session" : "its " + name.quantity;
 }
 
 /// What is there, and what it depends on.
@@ -257,11 +254,11 @@ void describe_branches(LearnedLaw& law) {
   const double turns = friction.square().sum(), stays = (both - both.mean()).square().sum();
   law.share = turns + stays > 0.0 ? turns / (turns + stays) : 0.0;
   law.resembles = "friction that depends on the position";
-  law.description = fmt::format(
-      "{}: {:.3g} {} to either side of its middle, a loop, so dry friction or a memory; {} {} ({:.0f} % of it), from "
-      "{:.3g} to {:.3g} {}",
-      subject(law), law.height, law.unit, law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles,
-      100.0 * law.share, friction.minCoeff(), friction.maxCoeff(), law.unit);
+  const char* loop = law.share > 1.0 - kParity ? "a loop, so dry friction or a memory" : "all but alike either way";
+  law.description =
+      fmt::format("{}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of it), from {:.3g} to {:.3g} {}",
+                  subject(law), law.height, law.unit, loop, law.share > kAlike ? "like" : "no textbook law, nearest is",
+                  law.resembles, 100.0 * law.share, friction.minCoeff(), friction.maxCoeff(), law.unit);
 }
 
 /// Of a map: whether it is one law of either variable side by side, or one times the other.

@@ -3,20 +3,17 @@
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "scenarios/learned_entry.h"
 
 namespace lacuna {
 namespace {
 
 constexpr std::size_t kMostColumns = 5;  ///< of a map, that are drawn as curves
 
-/// "position", "speed", "command"
-std::string quantity_of(const LearnedLaw::Variable& variable) {
-  const char letter = variable.name.empty() ? 't' : variable.name.back();
-  return letter == 'q' ? "position" : letter == 'v' ? "speed" : letter == 'u' ? "command" : "time";
-}
+std::string quantity_of(const LearnedLaw::Variable& variable) { return variable_named(variable.name).quantity; }
 std::string owner_of(const LearnedLaw& law, const LearnedLaw::Variable& variable) {
-  const std::size_t dot = variable.name.rfind('.');
-  return dot == std::string::npos ? law.place : variable.name.substr(0, dot);
+  const std::string joint = variable_named(variable.name).joint;
+  return joint.empty() ? law.place : joint;
 }
 std::string what_of(const LearnedLaw& law) {
   switch (law.stage) {

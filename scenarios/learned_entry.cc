@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -108,6 +109,14 @@ std::map<std::string, double> parse_curve(const YamlCursor& entry, const Robot& 
   if (lines.size() != rows) values.fail(fmt::format("{} lists of values, one a knot of the first variable", rows));
   for (std::size_t k = 0; k < rows; ++k) put_values(lines[k], columns, k * columns, out);
   return out;
+}
+
+VariableName variable_named(const std::string& name) {
+  constexpr std::array kQuantities{"position", "speed", "command", "time"};
+  const std::size_t dot = name.rfind('.');
+  const std::string letter = dot == std::string::npos ? name : name.substr(dot + 1);
+  const std::size_t which = letter.empty() ? std::string::npos : std::string(kNames).find(letter.front());
+  return {dot == std::string::npos ? "" : name.substr(0, dot), kQuantities.at(std::min<std::size_t>(which, 3))};
 }
 
 std::vector<std::string> variables_of(const EffectSpec& spec, const Robot& robot) {

@@ -26,6 +26,13 @@ std::map<std::string, double> parse_curve(const YamlCursor& entry, const Robot& 
 /// ", over: [q], knots: [...], values: [...]". Throws WorkError for a law without knots.
 std::string curve_text(const EffectSpec& spec, const Robot& robot);
 
+/// A variable by its name in a scenario: whose it is ("": the joint's at which the law stands), and which.
+struct VariableName {
+  std::string joint;
+  std::string quantity;  ///< "position", "speed", "command" or "time"
+};
+VariableName variable_named(const std::string& name);
+
 /// A law's variables by name ("q", "elbow.v"): one or two.
 std::vector<std::string> variables_of(const EffectSpec& spec, const Robot& robot);
 

@@ -166,6 +166,8 @@ recordings:
 effects:
   - {effect: payload, where: arm, parameters: {m: {value: 3.5, ci95: [3, 4]}}, recordings: [run.csv]}
   - {effect: learned_effort, where: joint_1, over: [q], knots: [0, 1, 2, 3], values: [0, 1, 0, -1]}
+  - {effect: learned_effort, where: joint_2, over: [joint_1.q, v], knots: [[0, 1, 2, 3], [-0.1, 0.1]], values: [[0, 1], [2, 3], [4, 5], [6, 7]]}
+  - {effect: learned_command, where: joint_2, over: [u], knots: [-3, -1, 1, 3], values: [0, 0.1, 0, 0], period: 8}
   - {effect: learned_effort, where: joint_2, events: [{recording: run.csv, from: 0.01, to: 0.02, value: 3, rise: 0.002}]}
   - {effect: learned_command, where: joint_1, events: [{recording: run.csv, from: 0.01, to: 0.03, value: 0}]}
 prediction: {horizon: 0.2}
