@@ -98,6 +98,8 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
       axis.start = std::clamp(std::log(p.value), axis.lower, axis.upper);
     } else if (p.info->scale == Scale::time) {
       axis.upper = std::min(p.upper, kShortestTime);
+    } else if (p.info->scale == Scale::inertia) {
+      axis.upper = std::min(p.upper, kWidest * std::max(size, driven_inertia(model, experiment, p.joint)));
     } else if (p.info->scale == Scale::reach) {
       // Within the travel: a stop beyond it is never met, and one met all the way is none.
       const double middle = typical_origin(p.info->scale, experiment, p.joint);

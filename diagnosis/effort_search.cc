@@ -35,7 +35,8 @@ class EffortSearch {
   EffortSearch(const CurrentModel& plain, const Experiment& experiment, const EffortSearchOptions& options)
       : experiment_(experiment),
         options_(options),
-        sets_(plain, experiment, options.simulator, options.control, scales_of(plain, experiment)),
+        sets_(plain, experiment, options.simulator, options.control,
+              knows_a_mass(plain) ? scales_of(plain, experiment) : std::vector<EffectSpec>()),
         train_(sets_.train()),
         validate_(sets_.validate()),
         standing_(sets_.none(kFitIterations)) {}
@@ -51,6 +52,7 @@ class EffortSearch {
     keep_what_predicts();
     EffortSearchResult out{standing_.model, {}, {}, notes_};
     claim(out);
+    if (!knows_a_mass(sets_.plain())) free_scales(out.model);
     out.rounds = std::move(rounds_);
     return out;
   }
@@ -66,6 +68,32 @@ class EffortSearch {
         out.push_back({"effort_scale", joint, {}, {}, "effort_scale"});
     }
     return out;
+  }
+
+  /// Whether some mass is known that efforts can be scaled by: every link's, all of them together, or a load's.
+  static bool knows_a_mass(const CurrentModel& plain) {
+    const auto& axes = plain.space.axes();
+    const auto searched = [&](int parameter) {
+      return std::ranges::any_of(axes, [&](const Axis& axis) { return axis.parameter == parameter; });
+    };
+    const bool total = plain.space.dependent() >= 0 || !plain.space.shared_masses().empty();
+    const bool links = std::ranges::none_of(axes, [&](const Axis& axis) {
+      return plain.model.parameters()[static_cast<std::size_t>(axis.parameter)].key == "mass";
+    });
+    return total || links || std::ranges::any_of(plain.model.effects(), [&](const Component& effect) {
+             return effect_table()[static_cast<std::size_t>(effect.type)].name == std::string("payload") &&
+                    !searched(effect.first);
+           });
+  }
+
+  /// Without a known mass an effort's scale is one with the masses behind it. While bodies may still be missing it
+  /// would be taken for what they lack, and every friction would be told in its unit; so it is free only when all else
+  /// stands, and hands its uncertainty on.
+  void free_scales(CurrentModel& model) const {
+    CurrentModel with = model;
+    for (const EffectSpec& spec : scales_of(sets_.plain(), experiment_))
+      with = extended(with, experiment_, spec, with.fit.point, {0.0});
+    if (sets_.fit(with, kRefitIterations)) model = std::move(with);
   }
 
   /// What every machine's joint has, as the regression by base parameters takes it: together, since one hides another.

@@ -24,13 +24,7 @@ double deviation(const Parameter& p, const PlantModel& model, const Experiment& 
   switch (info.scale) {
     case Scale::ratio: return is_strength(info) ? kRatioPrior : std::max(std::fabs(p.value), 1e-9);
     case Scale::mass: return kMassPrior * size;
-    case Scale::inertia: {
-      // A motor's inertia behind its gear may be many times the link's: what the efforts seen could be for.
-      const double effort = typical_size(Scale::effort, model, experiment, p.joint, model.values());
-      const double speed = typical_size(Scale::velocity, model, experiment, p.joint, model.values());
-      const double way = typical_size(Scale::position, model, experiment, p.joint, model.values());
-      return std::max(size, effort * way / (speed * speed));
-    }
+    case Scale::inertia: return std::max(size, driven_inertia(model, experiment, p.joint));
     default: return is_strength(info) ? size : std::max(std::fabs(p.value), 0.1 * size);
   }
 }

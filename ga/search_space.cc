@@ -321,6 +321,12 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   }
 }
 
+double driven_inertia(const PlantModel& model, const Experiment& experiment, int joint) {
+  const double effort = typical_size(Scale::effort, model, experiment, joint, model.values());
+  const double speed = typical_size(Scale::velocity, model, experiment, joint, model.values());
+  return effort * typical_size(Scale::position, model, experiment, joint, model.values()) / (speed * speed);
+}
+
 double typical_origin(Scale scale, const Experiment& experiment, int joint) {
   return scale == Scale::reach && joint >= 0 ? experiment.position_middle[static_cast<std::size_t>(joint)] : 0.0;
 }
