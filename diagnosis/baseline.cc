@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "diagnosis/prior.h"
 #include "ga/arrival.h"
 #include "scenarios/error.h"
 
@@ -219,6 +220,7 @@ void record_fit(const CurrentModel& current, const Experiment& experiment, const
   fit.point = current.fit.point;
   fit.values = current.space.expand(fit.point);
   describe_fit(current.model, current.space, problem, experiment.with_role(Role::train), fit);
+  carry_scale_error(current.model, current.space, experiment, fit.estimates);
   fit.rms.clear();
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     fit.rms.emplace_back(role, residual_rms(problem, fit.values, role));

@@ -12,6 +12,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/learned.h"
 #include "diagnosis/missing_physics.h"
+#include "diagnosis/prior.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/set_search.h"
 #include "diagnosis/verify.h"
@@ -190,6 +191,7 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
   fit.solution = solve_least_squares(problem, current.fit.point, all, finish);
   fit.values = current.space.expand(fit.solution.point);
   describe_fit(current.model, current.space, problem, all, fit);
+  carry_scale_error(current.model, current.space, experiment, fit.estimates);
   return fit.estimates;
 }
 

@@ -14,6 +14,7 @@
 #include "diagnosis/partial.h"
 #include "diagnosis/prior.h"
 #include "ga/sandwich.h"
+#include "physics/effects/creep.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -36,7 +37,7 @@ class EffortSearch {
       : experiment_(experiment),
         options_(options),
         sets_(plain, experiment, options.simulator, options.control,
-              knows_a_mass(plain) ? scales_of(plain, experiment) : std::vector<EffectSpec>()),
+              knows_a_mass(plain.model, plain.space) ? scales_of(plain, experiment) : std::vector<EffectSpec>()),
         train_(sets_.train()),
         validate_(sets_.validate()),
         standing_(sets_.none(kFitIterations)) {}
@@ -49,10 +50,10 @@ class EffortSearch {
       if (!improve()) break;
     }
     sets_.fit(standing_.model, kRefitIterations);
+    call_by_the_simplest_name();
     keep_what_predicts();
     EffortSearchResult out{standing_.model, {}, {}, notes_};
     claim(out);
-    if (!knows_a_mass(sets_.plain())) free_scales(out.model);
     out.rounds = std::move(rounds_);
     return out;
   }
@@ -68,32 +69,6 @@ class EffortSearch {
         out.push_back({"effort_scale", joint, {}, {}, "effort_scale"});
     }
     return out;
-  }
-
-  /// Whether some mass is known that efforts can be scaled by: every link's, all of them together, or a load's.
-  static bool knows_a_mass(const CurrentModel& plain) {
-    const auto& axes = plain.space.axes();
-    const auto searched = [&](int parameter) {
-      return std::ranges::any_of(axes, [&](const Axis& axis) { return axis.parameter == parameter; });
-    };
-    const bool total = plain.space.dependent() >= 0 || !plain.space.shared_masses().empty();
-    const bool links = std::ranges::none_of(axes, [&](const Axis& axis) {
-      return plain.model.parameters()[static_cast<std::size_t>(axis.parameter)].key == "mass";
-    });
-    return total || links || std::ranges::any_of(plain.model.effects(), [&](const Component& effect) {
-             return effect_table()[static_cast<std::size_t>(effect.type)].name == std::string("payload") &&
-                    !searched(effect.first);
-           });
-  }
-
-  /// Without a known mass an effort's scale is one with the masses behind it. While bodies may still be missing it
-  /// would be taken for what they lack, and every friction would be told in its unit; so it is free only when all else
-  /// stands, and hands its uncertainty on.
-  void free_scales(CurrentModel& model) const {
-    CurrentModel with = model;
-    for (const EffectSpec& spec : scales_of(sets_.plain(), experiment_))
-      with = extended(with, experiment_, spec, with.fit.point, {0.0});
-    if (sets_.fit(with, kRefitIterations)) model = std::move(with);
   }
 
   /// What every machine's joint has, as the regression by base parameters takes it: together, since one hides another.
@@ -217,7 +192,7 @@ class EffortSearch {
           now.model.effects()[static_cast<std::size_t>(now.model.find_effect_at(spec.effect, spec.place))];
       for (const Axis& axis : effect_axes(now.model, experiment_, c, free)) {
         const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-        if (spec.parameters.count(p.key) == 0) continue;
+        if (spec.parameters.count(p.key) == 0 || is_creep_speed(*p.info)) continue;
         const double size = typical_size(p.info->scale, now.model, experiment_, p.joint, now.model.values());
         for (const double factor : {0.3, 1.0, 3.0}) {
           Part part;
@@ -529,6 +504,52 @@ class EffortSearch {
     if (!round.empty()) rounds_.push_back(std::move(round));
   }
 
+  /// An effect whose numbers ended where it is a simpler one (a break-away effort no larger than the sliding one) is
+  /// that one, or none; where the recordings insist on it, it stays, and is not claimed.
+  void call_by_the_simplest_name() {
+    std::set<NamedPlace> kept;
+    for (std::size_t k = 0; k < standing_.effects.size();) {
+      const EffectSpec spec = standing_.effects[k];
+      if (kept.count(place_of(spec)) > 0 || sets_.ends_within(standing_, spec)) {
+        ++k;
+        continue;
+      }
+      std::optional<Hypothesis> best = without(spec);
+      for (const EffectInfo& info : effect_table()) {
+        std::optional<Hypothesis> simpler = in_place_of(spec, info);
+        if (simpler && (!best || sets_.log_odds(*simpler, *best) > 0.0)) best = std::move(simpler);
+      }
+      kept.insert(place_of(spec));
+      if (!best || sets_.log_odds(*best, standing_) < -kWindow) continue;
+      standing_ = std::move(*best);
+      k = 0;
+    }
+  }
+
+  std::optional<Hypothesis> without(const EffectSpec& spec) const {
+    SetChange change;
+    change.out.push_back(place_of(spec));
+    return sets_.changed(standing_, change, kRefitIterations);
+  }
+
+  /// The set with an effect that is a special case of that one; nothing where `info` is none that can act there.
+  std::optional<Hypothesis> in_place_of(const EffectSpec& spec, const EffectInfo& info) const {
+    const EffectInfo& old = effect_info(spec.effect);
+    if (!are_kin(info, old) || info.parameters.size() >= old.parameters.size()) return std::nullopt;
+    for (EffectSpec& simpler : offered(info)) {
+      if (simpler.place != spec.place) continue;
+      const PlantModel model = sets_.plain().model.with_effects({simpler});
+      const std::vector<Axis> axes = effect_axes(model, experiment_, model.effects().back(), simpler);
+      SetChange change;
+      change.out.push_back(place_of(spec));
+      change.own.push_back(starting_points(model, experiment_, axes).front());
+      change.in.push_back(std::move(simpler));
+      std::optional<Hypothesis> out = sets_.changed(standing_, change, kRefitIterations);
+      if (out && sets_.ends_within(*out, change.in.front())) return out;
+    }
+    return std::nullopt;
+  }
+
   // ---- what is claimed ----------------------------------------------------------------------------------------------
 
   /// Takes out what the validate recordings are better predicted without, and what is as likely without it and so
@@ -601,7 +622,12 @@ class EffortSearch {
     for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
       if (options_.progress) options_.progress(0.9 + 0.1 * k / static_cast<double>(standing_.effects.size()));
       Finding finding = finding_of(near, now, k, second);
-      if (class_probability(finding) >= kLeastClaim) {
+      if (!sets_.ends_within(standing_, standing_.effects[static_cast<std::size_t>(k)])) {
+        out.notes.push_back(
+            fmt::format("{} at {} stays in the model, but is not claimed: a number of it ended at the "
+                        "end of its range, where it is no law of a machine",
+                        finding.effect, finding.place));
+      } else if (class_probability(finding) >= kLeastClaim) {
         out.findings.push_back(std::move(finding));
       } else {
         out.notes.push_back(

@@ -9,6 +9,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kRatioPrior = 0.3;  ///< of shares and logarithms of masses
+constexpr double kNormal95 = 1.96;   ///< standard errors
 constexpr double kScaleError = 0.1;  ///< of a drive's gain: such figures are known to about a tenth
 constexpr double kMostScale = 3.0;   ///< standard deviations: beyond it something else is wrong
 constexpr double kMassPrior = 0.3;   ///< of the arm's mass: a load
@@ -57,6 +58,35 @@ void set_priors(const PlantModel& model, const Experiment& experiment, SearchSpa
     axis.center = is_strength(*p.info) ? to_search(axis.coordinate, p.neutral) : point[a];
   }
   space.replace(std::move(axes));
+}
+
+bool knows_a_mass(const PlantModel& model, const SearchSpace& space) {
+  const auto& axes = space.axes();
+  const auto parameter = [&](const Axis& axis) -> const Parameter& {
+    return model.parameters()[static_cast<std::size_t>(axis.parameter)];
+  };
+  const bool total = space.dependent() >= 0 || !space.shared_masses().empty();
+  const bool links = std::ranges::none_of(axes, [&](const Axis& axis) { return parameter(axis).key == "mass"; });
+  return total || links || std::ranges::any_of(model.effects(), [&](const Component& effect) {
+           const bool load = std::string(effect_table()[static_cast<std::size_t>(effect.type)].name) == "payload";
+           return load && std::ranges::none_of(axes, [&](const Axis& a) { return a.parameter == effect.first; });
+         });
+}
+
+void carry_scale_error(const PlantModel& model, const SearchSpace& space, const Experiment& experiment,
+                       std::vector<Estimate>& estimates) {
+  const bool measured = std::ranges::any_of(experiment.channels,
+                                            [](const Channel& channel) { return channel.kind == ChannelKind::effort; });
+  if (!measured || knows_a_mass(model, space)) return;
+  for (Estimate& e : estimates) {
+    const int index = model.find(e.name);
+    if (index < 0) continue;
+    const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+    if (p.key != "mass" && (p.info == nullptr || p.info->scale != Scale::mass)) continue;
+    const double more = kNormal95 * kScaleError * e.value;
+    e.lower95 = std::max(p.lower, e.value - std::hypot(e.value - e.lower95, more));
+    e.upper95 = std::min(p.upper, e.value + std::hypot(e.upper95 - e.value, more));
+  }
 }
 
 }  // namespace lacuna

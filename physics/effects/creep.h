@@ -1,6 +1,8 @@
 // Shared by the dry frictions: how the sign of the speed is softened.
 #pragma once
 
+#include <string_view>
+
 #include "physics/catalogue.h"
 
 namespace lacuna {
@@ -11,6 +13,15 @@ inline ParameterInfo creep_speed() {
                      {0.03}};
   info.optional = true;
   return info;
+}
+
+/// Whether a number is that one. A creeping contact holds nothing at rest. That is a way of simulating sliding, not
+/// what a machine's joint does that stands under load: where efforts are explained from the motion, friction at rest is
+/// what it was when the joint last slid, and what builds up after a turn goes with the way (bristles), not with the
+/// speed.
+inline bool is_creep_speed(const ParameterInfo& p) {
+  const ParameterInfo creep = creep_speed();
+  return p.optional && p.neutral == creep.neutral && std::string_view(p.name) == creep.name;
 }
 
 /// -size tanh(v / v0) where v0 > 0, else nothing (the exact sign is the rollout's business).
