@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 namespace lacuna {
@@ -18,7 +19,7 @@ constexpr std::size_t kPlain = 200;  // values that are written as they are
 
 Json six_digits(double value) {
   if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.6g}", value));
+  return std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
 }
 
 Json packed(std::span<const double> values, bool log) {
