@@ -38,11 +38,15 @@ nav { display: flex; flex-wrap: wrap; gap: 4px 18px; padding: 10px 0; margin: 0 
 a { color: var(--found); text-decoration: none; } a:hover, a:focus { text-decoration: underline; }
 section { background: var(--surface); border: 1px solid var(--line); border-radius: 10px; padding: 22px 24px;
   margin: 0 0 20px; }
-.scroll { overflow-x: auto; margin: 0 0 14px; }
+.scroll { overflow-x: auto; margin: 0 0 14px; /* a shadow at the side where there is more */
+  background: linear-gradient(90deg, var(--surface) 30%, transparent) 0 0 / 40px 100% no-repeat local,
+    linear-gradient(270deg, var(--surface) 30%, transparent) 100% 0 / 40px 100% no-repeat local,
+    linear-gradient(90deg, rgb(0 0 0 / .22), transparent) 0 0 / 12px 100% no-repeat scroll,
+    linear-gradient(270deg, rgb(0 0 0 / .22), transparent) 100% 0 / 12px 100% no-repeat scroll; }
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; vertical-align: top; padding: 6px 12px 6px 0; border-bottom: 1px solid var(--line); }
-th { color: var(--muted); font-weight: 500; font-size: 12.5px; white-space: nowrap; vertical-align: bottom; }
-td { overflow-wrap: break-word; } td.num, th.num { text-align: right; white-space: nowrap; }
+th { color: var(--muted); font-weight: 500; font-size: 12.5px; vertical-align: bottom; }
+td { overflow-wrap: break-word; } td.num, th.num { text-align: right; } td.num { white-space: nowrap; }
 td.num + td:not(.num), th.num + th:not(.num) { padding-left: 12px; }
 th:last-child, td:last-child { padding-right: 0; }
 tr.emphasised td { background: color-mix(in srgb, var(--found) 10%, transparent); font-weight: 600; }
@@ -69,7 +73,7 @@ details { margin: 0 0 12px; } summary { cursor: pointer; color: var(--found); fo
 .live-key { display: inline-flex; align-items: baseline; gap: 6px; font: inherit; color: inherit; background: none;
   border: 0; padding: 0; text-align: left; overflow-wrap: anywhere; }
 button.live-key { cursor: pointer; } button.live-key:hover { color: var(--ink); } .live-key.off { opacity: .4; }
-.live-value { color: var(--ink); font-variant-numeric: tabular-nums; min-width: 7ch; }
+.live-value { color: var(--ink); font-variant-numeric: tabular-nums; min-width: 7ch; } .live-value:empty { display: none; }
 .swatch { flex: none; width: 18px; height: 0; border-top: 2.5px solid var(--muted); align-self: center; }
 .swatch.dashed { border-top-style: dashed; } .swatch.measured { border-color: var(--measured); }
 .swatch.before { border-color: var(--before); } .swatch.after { border-color: var(--after); }
@@ -121,7 +125,7 @@ footer pre { white-space: pre-wrap; overflow-wrap: anywhere; }
     --measured: #000; --before: #c24a12; --after: #1550ad; --good: #1b7f46; --found: #1550ad; --open: #8a5200; }
   body { font-size: 10.5pt; } main { max-width: none; padding: 0; } nav { display: none; }
   .plot.drawn > svg { display: block; } .live { display: none; } .floating { position: static; width: auto; }
-  .scroll { overflow: visible; } .replay-options, .replay-bar { display: none; }
+  .scroll { overflow: visible; background: none; } .replay-options, .replay-bar { display: none; }
   section { border: 0; padding: 8px 0; } tr, .card, .tile { break-inside: avoid; } h2, h3 { break-after: avoid; } }
 )css";
 

@@ -61,9 +61,19 @@ Json block_of(const std::vector<const Curve*>& curves, const LinePlot& plot) {
 Json interval(const std::pair<double, double>& of) { return {six_digits(of.first), six_digits(of.second)}; }
 
 /// Whether a browser can draw it over an axis that it may zoom.
-bool goes_forward(const Curve& curve) {
+bool goes_one_way(const Curve& curve) {
   const std::span<const double> x = curve.x.first(length_of(curve));
-  return curve.points || std::is_sorted(x.begin(), x.end(), [](double a, double b) { return a < b; });
+  return curve.points || std::is_sorted(x.begin(), x.end()) || std::is_sorted(x.rbegin(), x.rend());
+}
+
+/// Whether there is anything to draw of it: on a logarithmic axis nothing below zero can be.
+bool is_seen(const Curve& curve, const LinePlot& plot) {
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < length_of(curve); ++i) {
+    const double x = curve.x[i], y = curve.y[i];
+    seen += std::isfinite(x) && std::isfinite(y) && (!plot.log_x || x > 0.0) && (!plot.log_y || y > 0.0);
+  }
+  return seen > 1;
 }
 
 Json data_of(const LinePlot& plot) {
@@ -100,8 +110,9 @@ Json data_of(const LinePlot& plot) {
 
 Html zoomable(const LinePlot& plot) {
   const Html drawing = to_svg(plot);
-  const bool any = std::any_of(plot.curves.begin(), plot.curves.end(), [](const Curve& c) { return length_of(c) > 1; });
-  if (!any || !std::all_of(plot.curves.begin(), plot.curves.end(), goes_forward)) return drawing;
+  const bool any =
+      std::any_of(plot.curves.begin(), plot.curves.end(), [&](const Curve& c) { return is_seen(c, plot); });
+  if (!any || !std::all_of(plot.curves.begin(), plot.curves.end(), goes_one_way)) return drawing;
   return element("div", drawing + data_block("plot-data", script_json(data_of(plot))), "plot");
 }
 

@@ -44,8 +44,8 @@ function largest(values) {
 function formatted(value, digits = 4) {
   if (!Number.isFinite(value)) return "\u2013";
   const size = Math.abs(value);
-  const words = size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(digits - 1)
-                                                           : String(Number(value.toPrecision(digits)));
+  const [mantissa, power] = value.toExponential(digits - 1).split("e").map(Number);
+  const words = size !== 0 && (size < 1e-3 || size >= 1e5) ? `${mantissa}e${power}` : String(Number(value.toPrecision(digits)));
   return words.replace(/-/g, "\u2212");
 }
 

@@ -16,8 +16,14 @@ class Plot {
   readCurves() {
     this.curves = [];
     const blocks = this.data.blocks.map((block) => ({ x: unpack(block.x), curves: block.curves }));
-    for (const block of blocks)
-      for (const curve of block.curves) this.curves.push({ ...curve, x: block.x, y: unpack(curve.y), shown: true });
+    for (const block of blocks) {
+      const falls = block.x[0] > block.x[block.x.length - 1];
+      if (falls) block.x.reverse();
+      for (const curve of block.curves) {
+        const y = unpack(curve.y);
+        this.curves.push({ ...curve, x: block.x, y: falls ? y.reverse() : y, shown: true });
+      }
+    }
     const rows = [];
     let first = 0;
     for (const block of blocks) {

@@ -107,6 +107,15 @@ TEST(Zoomable, ALineThatTurnsBackStaysADrawing) {
   EXPECT_NE(markup.find("<svg"), std::string::npos);
 }
 
+TEST(Zoomable, NothingToDrawStaysADrawing) {
+  const std::vector<double> x{1.0, 2.0, 3.0}, zero(3, 0.0), none(3, kNan);
+  LinePlot logarithmic = one_curve(x, zero);
+  EXPECT_NE(zoomable(logarithmic).markup.find("<script"), std::string::npos);
+  logarithmic.log_y = true;
+  EXPECT_EQ(zoomable(logarithmic).markup.find("<script"), std::string::npos);
+  EXPECT_EQ(zoomable(one_curve(x, none)).markup.find("<script"), std::string::npos);
+}
+
 TEST(Zoomable, LogarithmicValuesKeepTheirSixDigits) {
   std::vector<double> x(500), y(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<double>(i), y[i] = std::pow(10.0, -0.02 * x[i]);
