@@ -29,11 +29,14 @@ else()
   list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/mpi/load\\.cc$")
 endif()
 
+# What a report's page runs in the browser, put into the library (reports/page_assets.h).
+include(cmake/page.cmake)
+
 # Rooms that run once a job and are read by people: half the time to compile, none that anyone would notice to run.
 set(LACUNA_PAGES ${LACUNA_SOURCES})
 list(FILTER LACUNA_PAGES INCLUDE REGEX "/(study|reports)/[^/]*$")
 list(REMOVE_ITEM LACUNA_SOURCES ${LACUNA_PAGES})
-add_library(lacuna_pages OBJECT ${LACUNA_PAGES})
+add_library(lacuna_pages OBJECT ${LACUNA_PAGES} ${LACUNA_PAGE_SOURCE})
 target_include_directories(lacuna_pages PRIVATE $<TARGET_PROPERTY:lacuna,INCLUDE_DIRECTORIES>)
 target_compile_definitions(lacuna_pages PRIVATE $<TARGET_PROPERTY:lacuna,COMPILE_DEFINITIONS>)
 target_link_libraries(lacuna_pages PRIVATE lacuna_flags lacuna_unhurried)

@@ -13,6 +13,7 @@
 #include "diagnosis/learned.h"
 #include "diagnosis/missing_physics.h"
 #include "diagnosis/prior.h"
+#include "diagnosis/replay.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/set_search.h"
 #include "diagnosis/verify.h"
@@ -367,6 +368,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   for (std::size_t c = 0; c < channels.size(); ++c)
     out.noise.emplace_back(rms_entry(channels[c], experiment), noise[c] > 0.0 ? noise[c] : std::nan(""));
   verify(out, before, current, with_events, simulator, options.other_engines);
+  out.replays = replays(out, before, current, with_events, scenario, simulator);
   note_missing(scenario, out);
   if (!out.before.arrived && !std::holds_alternative<InverseDynamics>(experiment.prediction))
     out.notes.push_back("nothing is claimed, the plain model's best may not have been reached: " + out.before.doubt);

@@ -170,6 +170,20 @@ struct Trace {
   std::vector<double> time, measured, before, after;
 };
 
+/// One recording to be played: what was measured, what both models predict, and the effort that either lacks.
+struct Replay {
+  std::string recording;
+  Role role = Role::test;
+  std::vector<Trace> traces;  ///< one per joint
+  struct Effort {
+    std::string joint, unit;
+    double noise = 0.0;                 ///< rms that the positions' noise makes of it; in `unit`
+    std::vector<double> time;           ///< s
+    std::vector<double> before, after;  ///< that the plain and the diagnosed model lack; either may be empty
+  };
+  std::vector<Effort> missing;  ///< empty where it cannot be said (locate.h)
+};
+
 struct Diagnosis {
   std::string scenario, engine;
   std::uint64_t seed = 1;
@@ -192,6 +206,7 @@ struct Diagnosis {
   std::vector<Whiteness> whiteness;
   std::vector<Trace> traces;                    ///< of the first test recording
   std::vector<std::vector<Trace>> predictions;  ///< of every test recording, joint by joint
+  std::vector<Replay> replays;  ///< the first test recording, then those in which the findings act (replay.h)
   std::vector<std::string> notes;
   double seconds = 0.0;
 };

@@ -56,7 +56,10 @@ bool possible(const Experiment& free_run) {
 /// Missing efforts of all segments, as residuals with unit weights: in units of the commands.
 class Efforts {
  public:
-  Efforts(const CurrentModel& model, const Scenario& scenario, const SimulatorOptions& options)
+  /// `uses`: the segments; those of test recordings decide nothing.
+  Efforts(
+      const CurrentModel& model, const Scenario& scenario, const SimulatorOptions& options,
+      const std::function<bool(const Segment&)>& uses = [](const Segment& s) { return s.role != Role::test; })
       : model_(model), options_(options), values_(model.space.expand(model.fit.point)) {
     // Of positions alone: what else is measured says the same with another noise.
     Scenario whole = scenario;
@@ -70,7 +73,7 @@ class Efforts {
     whole.prediction = InverseDynamics{kLocateCutoff};
     experiment_ = make_experiment(whole);
     for (std::size_t s = 0; s < experiment_.segments.size(); ++s)
-      if (experiment_.segments[s].role != Role::test) segments_.push_back(static_cast<int>(s));
+      if (uses(experiment_.segments[s])) segments_.push_back(static_cast<int>(s));
   }
 
   bool any() const { return !segments_.empty(); }
@@ -296,6 +299,38 @@ std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const Cur
   std::vector<std::pair<double, double>> out;
   for (std::size_t k = 0; k < std::min({x.size(), here.d.size(), here.states.v.size()}); ++k)
     out.emplace_back(x[k], newtons * here.d[k] + value_at(law, x[k], here.states.v[k]));
+  return out;
+}
+
+std::vector<EffortCourse> effort_courses(const CurrentModel& model, const Scenario& scenario,
+                                         const SimulatorOptions& options, const std::vector<std::string>& recordings) {
+  if (std::holds_alternative<InverseDynamics>(scenario.prediction)) return {};
+  const Efforts efforts(model, scenario, options, [&](const Segment& s) {
+    return std::find(recordings.begin(), recordings.end(), s.file) != recordings.end();
+  });
+  if (!efforts.any()) return {};
+  const Eigen::VectorXd missing = efforts.measured();
+  if (!missing.allFinite()) return {};
+  const Experiment& experiment = efforts.experiment();
+  std::vector<EffortCourse> out;
+  for (const ResidualBlock& block : efforts.layout()) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const auto joint = static_cast<std::size_t>(experiment.channels[static_cast<std::size_t>(block.channel)].joint);
+    const JointStates states =
+        joint_states(efforts.free_run(), efforts.free_run().segments[static_cast<std::size_t>(block.segment)], joint,
+                     segment.compared);
+    const auto part = missing.segment(block.first, block.count);
+    if (states.t.size() != static_cast<std::size_t>(block.count)) continue;
+    const std::string& name = experiment.joint_names[joint];
+    auto course = std::find_if(out.begin(), out.end(),
+                               [&](const EffortCourse& c) { return c.recording == segment.file && c.joint == name; });
+    if (course == out.end()) {
+      out.push_back({segment.file, name, {}, {}});
+      course = std::prev(out.end());
+    }
+    for (const double t : states.t) course->time.push_back(t - segment.session);
+    course->effort.insert(course->effort.end(), part.begin(), part.end());
+  }
   return out;
 }
 

@@ -73,4 +73,14 @@ std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing
 std::vector<MissingEffort> missing_efforts(const CurrentModel& model, const Scenario& scenario,
                                            const SimulatorOptions& options, std::uint64_t seed);
 
+/// One joint's missing effort in one recording, sample by sample; in the unit of its command.
+struct EffortCourse {
+  std::string recording, joint;
+  std::vector<double> time, effort;  ///< s, and the effort
+};
+/// To be looked at, test recordings included: nothing may be decided by it. Of the recordings named, in the scenario's
+/// order; empty where missing_efforts is.
+std::vector<EffortCourse> effort_courses(const CurrentModel& model, const Scenario& scenario,
+                                         const SimulatorOptions& options, const std::vector<std::string>& recordings);
+
 }  // namespace lacuna

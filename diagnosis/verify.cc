@@ -5,6 +5,7 @@
 
 #include "backends/engine.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/replay.h"
 
 namespace lacuna {
 namespace {
@@ -28,52 +29,6 @@ EngineGain gain_on(const std::string& engine, const CurrentModel& before, const 
   Problem b(after.model, experiment, after.space, options, before.weights);
   out.before = residual_rms(a, before.space.expand(before.fit.point), Role::test);
   out.after = residual_rms(b, after.space.expand(after.fit.point), Role::test);
-  return out;
-}
-
-/// Signals of the test recordings, file by file: measured, and what both models predict.
-std::vector<std::vector<Trace>> traces(const CurrentModel& before, const CurrentModel& after,
-                                       const Experiment& experiment, const SimulatorOptions& options) {
-  std::vector<int> segments = experiment.with_role(Role::test);
-  if (segments.empty()) segments = experiment.with_role(Role::validate);
-  using Predicted = std::vector<std::vector<std::vector<double>>>;
-  auto predict = [&](const CurrentModel& current) {
-    Predicted all(experiment.segments.size());
-    const std::vector<std::vector<double>> one{current.space.expand(current.fit.point)};
-    make_simulator(current.model, experiment, options)->run(one, segments, [&](int, int s, const auto& predicted) {
-      all[static_cast<std::size_t>(s)] = predicted;
-    });
-    return all;
-  };
-  const Predicted a = predict(before), b = predict(after);
-  std::vector<std::vector<Trace>> out;
-  std::vector<std::string> files;
-  for (const int s : segments) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
-    const auto known = std::find(files.begin(), files.end(), segment.file);
-    const auto at = static_cast<std::size_t>(known - files.begin());
-    if (known == files.end()) files.push_back(segment.file), out.emplace_back();
-    std::size_t drawn = 0;
-    for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
-      if (!is_leading(experiment, c)) continue;
-      const Channel& channel = experiment.channels[c];
-      if (drawn == out[at].size())
-        out[at].push_back({segment.file,
-                           experiment.joint_names[static_cast<std::size_t>(channel.joint)],
-                           channel.unit,
-                           {},
-                           {},
-                           {},
-                           {}});
-      Trace& t = out[at][drawn++];
-      for (std::size_t k = 0; k < segment.measured[c].size(); ++k) {
-        t.time.push_back(segment.compared_time(k));
-        t.measured.push_back(segment.measured[c][k]);
-        t.before.push_back(a[static_cast<std::size_t>(s)][c][k]);
-        t.after.push_back(b[static_cast<std::size_t>(s)][c][k]);
-      }
-    }
-  }
   return out;
 }
 
@@ -124,7 +79,9 @@ std::vector<std::string> joints_that_grew(const JointRms& before, const JointRms
 
 void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
             const SimulatorOptions& options, bool other_engines) {
-  out.predictions = traces(before, after, experiment, options);
+  std::vector<int> shown = experiment.with_role(Role::test);
+  if (shown.empty()) shown = experiment.with_role(Role::validate);
+  out.predictions = traces(before, after, experiment, options, shown);
   if (!out.predictions.empty()) out.traces = out.predictions.front();
   out.whiteness = whiteness(before, after, experiment, options);
   out.worse = joints_that_grew(test_rms(out.before), test_rms(out.after), experiment.joint_names);

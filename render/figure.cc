@@ -47,8 +47,8 @@ Solid rod(Solid::Kind kind, const Vector3d& from, const Vector3d& to, double rad
   return solid;
 }
 
-Solid solid_of(const Visual& visual, const Isometry3d& link_pose) {
-  Solid solid{Solid::Kind::box, 0.5 * visual.size, link_pose * visual.pose, visual.rgba};
+Solid solid_of(const Visual& visual, const Isometry3d& link_pose, int body = -1) {
+  Solid solid{Solid::Kind::box, 0.5 * visual.size, link_pose * visual.pose, visual.rgba, body};
   if (visual.shape == Visual::Shape::cylinder) {
     solid.kind = Solid::Kind::cylinder;
     solid.half = Vector3d(visual.size.x(), visual.size.x(), 0.5 * visual.size.y());
@@ -125,7 +125,7 @@ Stretch stretch(const Robot& robot, std::span<const Isometry3d> link_poses, int 
 Solid turning_joint(const Robot& robot, std::span<const Isometry3d> link_poses, int index, double size) {
   const Joint& joint = robot.joints()[static_cast<std::size_t>(index)];
   const Isometry3d& pose = link_poses[static_cast<std::size_t>(joint.link)];
-  Solid solid{Solid::Kind::cylinder, Vector3d::Zero(), pose, kPinColor};
+  Solid solid{Solid::Kind::cylinder, Vector3d::Zero(), pose, kPinColor, index};
   // Measured in the link's own frame turned with it, so that a pin keeps its form in every pose.
   solid.pose.linear() = pose.linear() * frame_along(joint.axis);
   const Stretch child = stretch(robot, link_poses, index, pose.translation(), solid.pose.linear());
@@ -153,10 +153,12 @@ void add_rail(const Robot& robot, std::span<const Isometry3d> link_poses, const 
   const Vector3d from = zero * (joint.axis * reach(joint.lower, -kOpenRail * size));
   const Vector3d to = zero * (joint.axis * reach(joint.upper, kOpenRail * size));
   figure.push_back(rod(Solid::Kind::cylinder, from, to, kBone * size, kRailColor));
+  figure.back().body = joint.parent;
   for (const Vector3d& end : {from, to}) {
     Solid stop{Solid::Kind::box, Vector3d(2.2, 2.2, 0.6) * (kBone * size), zero, kPinColor};
     stop.pose.linear() = zero.linear() * frame_along(joint.axis);
     stop.pose.translation() = end;
+    stop.body = joint.parent;
     figure.push_back(stop);
   }
 }
@@ -182,6 +184,7 @@ void add_mount(const Robot& robot, double size, std::vector<Solid>& figure) {
 // A moving body that has no visuals: rods to the joints it carries, and, where it carries none, to a ball at its mass.
 void add_bones(const Robot& robot, std::span<const Isometry3d> link_poses, int body, double size,
                std::vector<Solid>& figure) {
+  const std::size_t first = figure.size();
   const Isometry3d pose = body_pose(robot, link_poses, body);
   const double radius = kBone * size;
   bool carries = false;
@@ -200,6 +203,7 @@ void add_bones(const Robot& robot, std::span<const Isometry3d> link_poses, int b
     figure.push_back({Solid::Kind::sphere, Vector3d::Constant(3.0 * radius), Isometry3d::Identity(), kBoneColor});
     figure.back().pose.translation() = mass;
   }
+  for (std::size_t i = first; i < figure.size(); ++i) figure[i].body = body;
 }
 
 void check_poses(const Robot& robot, std::span<const Isometry3d> link_poses) {
@@ -221,7 +225,8 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> 
   const double size = robot_size(robot);
   std::vector<Solid> figure;
   for (std::size_t i = 0; i < robot.links().size(); ++i) {
-    for (const Visual& visual : robot.links()[i].visuals) figure.push_back(solid_of(visual, link_poses[i]));
+    for (const Visual& visual : robot.links()[i].visuals)
+      figure.push_back(solid_of(visual, link_poses[i], robot.links()[i].body));
   }
   if (!has_visuals(robot, -1)) add_mount(robot, size, figure);
   for (int body = 0; body < robot.dof(); ++body) {

@@ -19,6 +19,7 @@ struct Solid {
                                                    ///< sphere radius. A capsule's caps lie beyond its half length.
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the world
   std::array<float, 4> rgba{0.6f, 0.6f, 0.6f, 1.0f};
+  int body = -1;  ///< that carries it, with which it moves as one; -1 is the world
 };
 
 /// The URDF's visuals; for bodies without any, a thin capsule from joint to joint and a ball at the centre of mass;

@@ -13,6 +13,7 @@
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -288,7 +289,7 @@ Html calibration_section(const BlindTotals& t) {
   plot.y_label = "share true";
   plot.x_range = std::pair(0.0, 1.0);
   plot.curves = {{"honest", ends, ends, Ink::other, 1.2, true}, {"claims", claimed, truth, Ink::after, 2.0, false}};
-  return to_svg(plot) + table.html();
+  return zoomable(plot) + table.html();
 }
 
 Html strength_section(const BlindTotals& t) {

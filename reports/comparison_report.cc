@@ -7,6 +7,7 @@
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 #include "scenarios/files.h"
 #include "compare/runner.h"
 
@@ -180,7 +181,7 @@ Html error_plot(const ScenarioComparison& scenario) {
                              kInks[e % std::size(kInks)], 1.4, !method.native});
     }
   }
-  return plot.curves.empty() ? Html{} : element("figure", to_svg(plot));
+  return plot.curves.empty() ? Html{} : element("figure", zoomable(plot));
 }
 
 struct PointCurve {
@@ -215,7 +216,7 @@ Html method_plot(const EngineComparison& engine, const std::string& title, const
   plot.height = 300;
   for (std::size_t c = 0; c < curves.size(); ++c)
     plot.curves.push_back({curves[c].label, curves[c].x, curves[c].y, kInks[c % std::size(kInks)], 1.5, c >= 4});
-  return element("figure", element("h3", text(engine.engine)) + to_svg(plot));
+  return element("figure", element("h3", text(engine.engine)) + zoomable(plot));
 }
 
 Html work_section(const ScenarioComparison& scenario) {
@@ -310,7 +311,7 @@ Html growth_section(const Comparison& comparison) {
   plot.height = 300;
   for (std::size_t c = 0; c < curves.size(); ++c)
     plot.curves.push_back({curves[c].label, curves[c].x, curves[c].y, kInks[c % std::size(kInks)], 1.6});
-  return element("figure", to_svg(plot)) + details("Figures", table.html());
+  return element("figure", zoomable(plot)) + details("Figures", table.html());
 }
 
 Html models_section(const Comparison& comparison) {

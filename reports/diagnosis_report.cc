@@ -6,6 +6,8 @@
 #include "physics/catalogue.h"
 #include "physics/course.h"
 #include "reports/json.h"
+#include "reports/marks.h"
+#include "reports/replay_section.h"
 #include "reports/report.h"
 #include "reports/sections.h"
 #include "reports/svg.h"
@@ -67,7 +69,14 @@ Html lines(const std::vector<std::string>& items) {
   return out;
 }
 
-Html findings_table(const Diagnosis& d) {
+/// What lights up in the page's plots and in the replay.
+std::string marked(const Finding& f, Marks& marks) {
+  std::vector<Marks::Time> times;
+  for (const Finding::Interval& i : f.times) times.push_back({i.recording, i.begin, i.end});
+  return marks.add(f.place, std::move(times));
+}
+
+Html findings_table(const Diagnosis& d, Marks& marks) {
   Table table({{"effect"},
                {"where"},
                {"parameters (95 % interval)"},
@@ -84,8 +93,8 @@ Html findings_table(const Diagnosis& d) {
       rivals.push_back(fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.effect, r.place),
                                    probability(r.probability)));
     }
-    table.row({element("strong", text(effect_title(f.effect))), text(place_words(f.effect, f.place)), lines(parameters),
-               text(probability(f.probability)), lines(rivals), text(chance_words(f.p_value)),
+    table.row({element("strong", text(effect_title(f.effect)), marked(f, marks)), text(place_words(f.effect, f.place)),
+               lines(parameters), text(probability(f.probability)), lines(rivals), text(chance_words(f.p_value)),
                text(with_error(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
   }
   return table.html();
@@ -107,7 +116,7 @@ std::string separation_words(const Separation& s, std::size_t number) {
       separation_file(number), s.commands.time.back(), s.evidence, effect_title(s.rival), s.recorded);
 }
 
-Html finding_card(const Finding& f, std::size_t number) {
+Html finding_card(const Finding& f, std::size_t number, Marks& marks) {
   std::vector<std::pair<std::string, Html>> entries;
   const int index = find_effect(f.effect);
   const EffectInfo* info = index < 0 ? nullptr : &effect_table()[static_cast<std::size_t>(index)];
@@ -137,18 +146,19 @@ Html finding_card(const Finding& f, std::size_t number) {
   entries.emplace_back("stability", text(fmt::format("best in {} of the resamples of the data", percent(f.stability))));
   if (info != nullptr) entries.emplace_back("source", text(info->source));
   return element("div",
-                 element("h3", text(effect_title(f.effect) + ", " + place_words(f.effect, f.place))) + facts(entries),
+                 element("h3", text(effect_title(f.effect) + ", " + place_words(f.effect, f.place)), marked(f, marks)) +
+                     facts(entries),
                  "card");
 }
 
-Html misfits_table(const std::vector<Misfit>& misfits) {
+Html misfits_table(const std::vector<Misfit>& misfits, Marks& marks) {
   if (misfits.empty()) return {};
   Table table(
       {{"recording"}, {"joint"}, {"from (s)", true}, {"to (s)", true}, {"rms / noise", true}, {"chance", true}});
   for (const Misfit& m : misfits) {
-    table.row({text(m.recording), text(m.joint), text(fmt::format("{:.1f}", m.begin)),
-               text(fmt::format("{:.1f}", m.end)), text(fmt::format("{:.2f}", m.ratio)),
-               text(chance_words(m.p_value))});
+    table.row({text(m.recording), element("span", text(m.joint), marks.add(m.joint, {{m.recording, m.begin, m.end}})),
+               text(fmt::format("{:.1f}", m.begin)), text(fmt::format("{:.1f}", m.end)),
+               text(fmt::format("{:.2f}", m.ratio)), text(chance_words(m.p_value))});
   }
   return table.html() +
          paragraph(
@@ -157,26 +167,26 @@ Html misfits_table(const std::vector<Misfit>& misfits) {
              "muted small");
 }
 
-Html findings_section(const Diagnosis& d) {
+Html findings_section(const Diagnosis& d, Marks& marks) {
   Html out;
   if (d.findings.empty()) {
     out += paragraph(
         "No effect of the catalogue improves the prediction of recordings that were not fitted beyond chance.");
   } else {
-    out += findings_table(d);
+    out += findings_table(d, marks);
     out += paragraph(
         "Held-out gain: log-likelihood gained on the validate recordings, \u00b1 standard error. Held-out share: "
         "share of their residual energy removed. The p-value is of the gains on the train and the validate recordings "
         "together, corrected for everything that was tried.",
         "muted small");
-    for (std::size_t k = 0; k < d.findings.size(); ++k) out += finding_card(d.findings[k], k + 1);
+    for (std::size_t k = 0; k < d.findings.size(); ++k) out += finding_card(d.findings[k], k + 1, marks);
   }
   if (!d.unexplained.present) return out;
   std::string open = "Unexplained: " + rest_words(d);
   if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
   return out + element("div",
                        element("h3", text("What stays unexplained")) + paragraph(open + ".") +
-                           bullets(d.unexplained.regions) + misfits_table(d.unexplained.times),
+                           bullets(d.unexplained.regions) + misfits_table(d.unexplained.times, marks),
                        "card");
 }
 
@@ -379,11 +389,28 @@ Html before_after_section(const Diagnosis& d) {
   options.noise = d.noise;
   options.findings = d.findings;
   if (!changes_the_model(d)) options.words = {"", "identified model"};
-  std::vector<Trace> traces = d.traces;
-  if (!changes_the_model(d)) {
-    for (Trace& trace : traces) trace.before.clear();
+  const auto shown = [&](std::vector<Trace> traces) {
+    if (!changes_the_model(d)) {
+      for (Trace& trace : traces) trace.before.clear();
+    }
+    return trace_section(traces, options);
+  };
+  Html out = shown(d.traces);
+  for (std::size_t k = 1; k < d.replays.size(); ++k) {
+    const Replay& replay = d.replays[k];
+    out += details(fmt::format("{} ({} recording)", replay.recording, to_string(replay.role)), shown(replay.traces));
   }
-  return trace_section(traces, options);
+  return out;
+}
+
+Html replay_of(const Scenario& scenario, const Diagnosis& d) {
+  if (changes_the_model(d)) return replay_section(scenario, d.replays, {"plain model", "diagnosed model"});
+  std::vector<Replay> replays = d.replays;
+  for (Replay& replay : replays) {
+    for (Trace& trace : replay.traces) trace.after.clear();
+    for (Replay::Effort& effort : replay.missing) effort.after.clear();
+  }
+  return replay_section(scenario, replays, {"identified model", ""});
 }
 
 }  // namespace
@@ -395,9 +422,12 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   for (const Finding& finding : d.findings) prefixes.push_back(finding.place + "." + finding.effect + ".");
   page.lead(verdict_sentence(scenario, d), tone_of(d.verdict));
   add_tiles(page, d);
-  page.section("Findings", findings_section(d));
+  Marks marks;
+  const Html findings = findings_section(d, marks), events = events_section(d.events, marks);
+  page.section("Findings", findings + marks.data());
   page.section("Learned where the catalogue has no name", learned_section(d.learned));
-  page.section("Events in the recordings", events_section(d.events));
+  page.section("Events in the recordings", events);
+  page.section("Replay", replay_of(scenario, d));
   page.section(changes_the_model(d) ? "Before and after" : "Measured and simulated", before_after_section(d));
   page.section("Where the plain model fails", missing_effort_section(d.missing));
   page.section("Pictures", picture_section(pictures));

@@ -7,6 +7,7 @@
 #include "reports/study_sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -25,13 +26,15 @@ Html command_section(const DesignResult& result, const std::vector<std::string>&
     LinePlot plot;
     plot.title = joints[j];
     plot.description = "The designed command over time, with the step it is compared to.";
+    plot.recording = "designed";
+    plot.joint = joints[j];
     plot.x_label = "time";
     plot.x_unit = "s";
     plot.y_label = "command";
     plot.y_unit = units[j];
     plot.curves = {{"step", result.step.commands.time, result.step.commands.value[j], Ink::before, 1.2, true},
                    {"designed", result.best.commands.time, result.best.commands.value[j], Ink::after, 1.6}};
-    out += element("figure", element("h3", text(joints[j])) + to_svg(plot));
+    out += element("figure", element("h3", text(joints[j])) + zoomable(plot));
   }
   return out;
 }

@@ -4,7 +4,9 @@
 
 #include <stdexcept>
 
+#include "reports/page_assets.h"
 #include "reports/style.h"
+#include "scenarios/sha256.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
@@ -37,6 +39,29 @@ void append_escaped(std::string& out, std::string_view valid) {
           out += c;
     }
   }
+}
+
+/// A script element with what the page's policy must say to let it run.
+struct Script {
+  std::string element, source;
+};
+
+Script script_of(std::string_view code) {
+  if (code.empty()) return {};
+  const std::string digits = sha256(code);
+  std::vector<std::uint8_t> digest;
+  for (std::size_t i = 0; i < digits.size(); i += 2)
+    digest.push_back(static_cast<std::uint8_t>(std::stoi(digits.substr(i, 2), nullptr, 16)));
+  return {fmt::format("<script>{}</script>\n", code), fmt::format(" 'sha256-{}'", base64(digest))};
+}
+
+constexpr std::string_view kDataType = "<script type=\"application/json\"";
+
+/// The plotting library's own notice, which goes where the library goes.
+Html licences() {
+  if (kPlotLibrary.empty()) return {};
+  return element("footer", details("Licence of the plotting library in this page (dygraphs)",
+                                   element("pre", text(kPlotLibraryLicence), "small")));
 }
 
 }  // namespace
@@ -74,6 +99,10 @@ Html details(std::string_view summary, const Html& body) {
 
 Html picture(std::span<const std::uint8_t> png, std::string_view alternative) {
   return {fmt::format("<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n", escape(alternative), base64(png))};
+}
+
+Html data_block(std::string_view style, std::string_view script_json) {
+  return {fmt::format("{} class=\"{}\">{}</script>\n", kDataType, style, script_json)};
 }
 
 std::string base64(std::span<const std::uint8_t> bytes) {
@@ -138,15 +167,24 @@ std::string Page::str() const {
   }
   Html header = element("p", text(kicker_), "kicker") + element("h1", text(title_)) + lead_;
   if (!tiles_.markup.empty()) header += element("dl", tiles_, "tiles");
+  Script library, own;
+  std::string styles = kStyleSheet;
+  if (body.markup.find(kDataType) != std::string::npos) {
+    library = script_of(kPlotLibrary), own = script_of(kPageScripts);
+    styles.insert(0, kPlotLibraryStyle);
+    body += licences();
+  }
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      // Whatever a page might be made to hold, a browser will neither run nor fetch it.
+      // Whatever a page might be made to hold, a browser will neither fetch it nor run any script but ours.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'\">\n"
+      "style-src 'unsafe-inline'; script-src{}; base-uri 'none'; form-action 'none'\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>{}: {}</title>\n<style>{}</style>\n</head>\n"
-      "<body>\n<main>\n<header>\n{}</header>\n<nav aria-label=\"Sections\">\n{}</nav>\n{}</main>\n</body>\n</html>\n",
-      escape(kicker_), escape(title_), kStyleSheet, header.markup, contents.markup, body.markup);
+      "<body>\n<main>\n<header>\n{}</header>\n<nav aria-label=\"Sections\">\n{}</nav>\n{}</main>\n{}{}</body>\n"
+      "</html>\n",
+      own.source.empty() ? " 'none'" : library.source + own.source, escape(kicker_), escape(title_), styles,
+      header.markup, contents.markup, body.markup, library.element, own.element);
 }
 
 }  // namespace lacuna

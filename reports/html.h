@@ -1,6 +1,8 @@
-// One self-contained HTML page: sections of markup, style inline, pictures inside, no scripts, nothing fetched.
+// One self-contained HTML page: sections of markup, style inline, pictures inside, nothing fetched.
 //
-// Markup and text are different types: text from anywhere enters a page only through text(), which escapes it.
+// Markup and text are different types: text from anywhere enters a page only through text(), which escapes it, or as
+// data through data_block(). A browser runs the library's own scripts (page_assets.h) and no other: the page's policy
+// names them by their SHA-256. Without scripts everything can be read all the same.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +42,10 @@ Html details(std::string_view summary, const Html& body);
 /// A PNG file's bytes as a picture in the page.
 Html picture(std::span<const std::uint8_t> png, std::string_view alternative);
 
+/// What the page's scripts read; seen by no reader. `script_json`: as script_json() writes it (json_text.h).
+/// `style` is the program's own word.
+Html data_block(std::string_view style, std::string_view script_json);
+
 /// RFC 4648, with padding.
 std::string base64(std::span<const std::uint8_t> bytes);
 
@@ -74,7 +80,8 @@ class Page {
   void lead(std::string_view sentence, std::string_view tone);
   /// A figure of merit below the lead.
   void tile(std::string_view label, std::string_view value, std::string_view hint = {});
-  /// Sections appear in the order of the calls and in the table of contents. An empty body is left out.
+  /// Sections appear in the order of the calls and in the table of contents. An empty body is left out. Where one holds
+  /// a data_block(), the page carries the scripts, and at its end the licence of the plotting library.
   void section(std::string_view title, const Html& body);
   std::string str() const;
 

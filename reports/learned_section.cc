@@ -3,6 +3,7 @@
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 #include "scenarios/learned_entry.h"
 
 namespace lacuna {
@@ -73,7 +74,7 @@ Html plot(const LearnedLaw& law) {
     out.curves.push_back({slice.label, slice.at, slice.value, &slice == &slices.front() ? Ink::after : Ink::before});
   }
   out.zero_line = true;
-  return to_svg(out);
+  return zoomable(out);
 }
 
 /// The law over both variables, as a table whose cells are as dark as it is high.
@@ -118,7 +119,7 @@ Html learned_section(std::span<const LearnedLaw> laws) {
                    "muted small");
 }
 
-Html events_section(std::span<const LearnedEvent> events) {
+Html events_section(std::span<const LearnedEvent> events, Marks& marks) {
   if (events.empty()) return {};
   Table table({{"recording"},
                {"role"},
@@ -129,8 +130,10 @@ Html events_section(std::span<const LearnedEvent> events) {
                {"size", true},
                {"log evidence", true}});
   for (const LearnedEvent& e : events)
-    table.row({text(e.recording), text(to_string(e.role)), text(e.place), text(e.resembles), text(number(e.from)),
-               text(number(e.to)), text(quantity(e.value, e.unit, 3)), text(number(e.evidence, 3))});
+    table.row({text(e.recording), text(to_string(e.role)), text(e.place),
+               element("span", text(e.resembles), marks.add(e.place, {{e.recording, e.from, e.to}})),
+               text(number(e.from)), text(number(e.to)), text(quantity(e.value, e.unit, 3)),
+               text(number(e.evidence, 3))});
   return table.html() +
          paragraph(
              "What happened once, in one recording, and is no part of the machine: an effort on a joint beside its "

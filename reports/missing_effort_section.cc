@@ -5,6 +5,7 @@
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -64,6 +65,8 @@ Html course(const MissingEffort& m) {
   LinePlot plot;
   plot.title = "Missing effort at " + m.joint;
   plot.description = "The effort that the measured motion needs beyond what the plain model gives.";
+  plot.recording = m.recording;
+  plot.joint = m.joint;
   plot.x_label = "time in " + m.recording;
   plot.x_unit = "s";
   plot.y_label = "missing effort";
@@ -74,7 +77,7 @@ Html course(const MissingEffort& m) {
   plot.band = {-m.noise, m.noise};
   plot.band_label = "noise, rms";
   plot.zero_line = true;
-  return to_svg(plot);
+  return zoomable(plot);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -57,6 +58,8 @@ LinePlot signal_plot(const Trace& trace, const TraceOptions& options, int width)
   LinePlot plot;
   plot.title = fmt::format("{}, {}: measured and simulated", trace.joint, trace.recording);
   plot.description = "The measured signal over time with the simulations laid over it.";
+  plot.recording = trace.recording;
+  plot.joint = trace.joint;
   plot.y_label = trace.joint;
   plot.y_unit = trace.unit;
   plot.width = width;
@@ -83,6 +86,8 @@ LinePlot residual_plot(const Trace& trace, const TraceOptions& options, int widt
   plot.description =
       fmt::format("Simulated minus measured; rms {} {}, {} {}.", options.words.before,
                   quantity(rms_of(before), trace.unit, 3), options.words.after, quantity(rms_of(after), trace.unit, 3));
+  plot.recording = trace.recording;
+  plot.joint = trace.joint;
   plot.x_label = "time";
   plot.x_unit = "s";
   plot.y_label = "residual";
@@ -113,8 +118,8 @@ Html trace_figure(const Trace& trace, const TraceOptions& options, int width) {
   const std::vector<double> before = difference(trace.before, trace.measured);
   const std::vector<double> after = difference(trace.after, trace.measured);
   const Html title = element("h3", text(trace.joint + (trace.recording.empty() ? "" : " \u00b7 " + trace.recording)));
-  return element("figure", title + to_svg(signal_plot(trace, options, width)) +
-                               to_svg(residual_plot(trace, options, width, before, after)));
+  return element("figure", title + zoomable(signal_plot(trace, options, width)) +
+                               zoomable(residual_plot(trace, options, width, before, after)));
 }
 
 }  // namespace
@@ -186,7 +191,7 @@ Html convergence_section(const FitResult& fit) {
   plot.curves = {{"median of the generation", generation, median, Ink::other, 1.2},
                  {"best so far", generation, best, Ink::after, 2.0}};
   const GenerationRecord& last = fit.history.back();
-  return to_svg(plot) +
+  return zoomable(plot) +
          paragraph(fmt::format("{} generations, {} simulations in all; best cost {} after the population search.",
                                fit.history.size(), fit.evaluations, number(last.best, 4)),
                    "muted small");

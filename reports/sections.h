@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "reports/html.h"
+#include "reports/marks.h"
 #include "reports/report.h"
 
 namespace lacuna {
@@ -39,7 +40,7 @@ Html missing_effort_section(std::span<const MissingEffort> missing);
 /// The laws that were learned: each as a curve with its band, and what it looks like.
 Html learned_section(std::span<const LearnedLaw> laws);
 /// What happened once in a recording, one row an event.
-Html events_section(std::span<const LearnedEvent> events);
+Html events_section(std::span<const LearnedEvent> events, Marks& marks);
 
 /// The colour of what is left; the joints in `drawn` as plots. `two`: before and after, else after alone.
 Html whiteness_section(std::span<const Whiteness> joints, std::span<const std::string> drawn, bool two);

@@ -6,6 +6,7 @@
 #include "reports/study_sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -63,7 +64,7 @@ Html curve_plot(const Study& study, const std::string& title, const std::vector<
     plot.curves.push_back({"", generation, band.high, band.ink, 0.8, true});
   }
   if (last_generation > 0.0) plot.x_range = std::pair(1.0, last_generation);
-  return element("figure", element("h3", text(title)) + to_svg(plot));
+  return element("figure", element("h3", text(title)) + zoomable(plot));
 }
 
 std::string median_of(const SettingRecord& setting, double (*what)(const SearchRun&)) {
@@ -294,6 +295,7 @@ Html output_section(const Study& study) {
   plot.curves = {{"recorded (true parameters)", o.time, o.measured, Ink::measured, 1.7},
                  {"estimated, median run", o.time, o.simulated, Ink::after, 1.4, true}};
   LinePlot below;
+  plot.recording = below.recording = "recorded";
   below.title = "Error of the median run";
   below.x_label = "time";
   below.x_unit = "s";
@@ -302,7 +304,7 @@ Html output_section(const Study& study) {
   below.height = 170;
   below.zero_line = true;
   below.curves = {{"", o.time, error, Ink::after, 1.2}};
-  return element("figure", to_svg(plot) + to_svg(below));
+  return element("figure", zoomable(plot) + zoomable(below));
 }
 
 Html study_engines_section(const Study& study) {

@@ -6,6 +6,7 @@
 #include "reports/study_sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -71,7 +72,7 @@ Html ellipse_plot(std::span<const Excitation> excitations, std::size_t index) {
   plot.description = "95 % confidence regions, one an excitation.";
   plot.width = 480;
   plot.height = 320;
-  return element("figure", element("h3", text(plot.title)) + to_svg(plot));
+  return element("figure", element("h3", text(plot.title)) + zoomable(plot));
 }
 
 Html profile_plot(const RivalsRecord& rivals, std::size_t level) {
@@ -99,7 +100,7 @@ Html profile_plot(const RivalsRecord& rivals, std::size_t level) {
   for (std::size_t m = 0; m < rivals.methods.size(); ++m)
     plot.curves.push_back(
         {title_of(rivals.methods[m].method), x, shares[m], kInks[m % std::size(kInks)], 2.0, m >= std::size(kInks)});
-  return element("figure", element("h3", text(plot.title)) + to_svg(plot));
+  return element("figure", element("h3", text(plot.title)) + zoomable(plot));
 }
 
 double largest_output(const SearchRun& run) { return run.errors.output_largest; }

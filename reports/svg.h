@@ -40,6 +40,8 @@ struct LinePlot {
   bool zero_line = false;
   bool log_x = false, log_y = false;  ///< points that are not positive are left out
   bool x_axis_labels = true;
+  std::string recording,
+      joint;  ///< what is plotted over time; plots of one recording share cursor and zoom (zoomable.h)
   int width = 960, height = 240;
 };
 

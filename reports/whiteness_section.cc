@@ -6,6 +6,7 @@
 #include "reports/sections.h"
 #include "reports/svg.h"
 #include "reports/wording.h"
+#include "reports/zoomable.h"
 
 namespace lacuna {
 namespace {
@@ -29,7 +30,7 @@ Html plot(const Whiteness& w, bool two) {
   out.band_label = "white noise, 95 %";
   out.zero_line = true;
   out.height = 170;
-  return to_svg(out);
+  return zoomable(out);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@ base_packages=(
   build-essential cmake ninja-build ccache pkg-config git ca-certificates
   libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev libpagmo-dev
   libpng-dev libspdlog-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
+  libjs-dygraphs
 )
 # The other engines, pictures, benchmarks and runs over several machines: what `minimal` does without.
 engine_packages=(
@@ -12,6 +13,8 @@ engine_packages=(
   libosmesa6-dev libbenchmark-dev python3
   libopenmpi-dev openmpi-bin
 )
+# What the tests of pages in a real browser need.
+browser_packages=(chromium chromium-driver python3)
 # What `scripts/lint` needs.
 lint_packages=(clang-format clang-tidy)
 

@@ -21,6 +21,7 @@
 #include "reports/html.h"
 #include "reports/sections.h"
 #include "reports/svg.h"
+#include "reports/zoomable.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 
@@ -291,7 +292,7 @@ Html plot_of(const Study& study) {
   for (std::size_t k = 0; k < study.series.size(); ++k)
     plot.curves.push_back({fmt::format("{}, exponent {:.2f}", study.series[k].name, study.series[k].exponent()),
                            decades[k], shown[k], kInks[k % 4], 2.0, false});
-  return to_svg(plot);
+  return zoomable(plot);
 }
 
 Json json_of(const Study& study) {

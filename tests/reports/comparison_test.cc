@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scenarios/error.h"
+#include "tests/reports/own_scripts.h"
 #include "compare/runner.h"
 
 namespace lacuna {
@@ -113,7 +114,7 @@ TEST(ComparisonJson, SaysWhyAnEngineIsMissingAndNeverWritesNan) {
 
 TEST(ComparisonPage, EscapesAndPutsTheVerdictFirst) {
   const Comparison comparison = sample_comparison();
-  const std::string page = comparison_page(comparison, {}, Context{}, {});
+  const std::string page = without_own_scripts(comparison_page(comparison, {}, Context{}, {}));
   EXPECT_EQ(page.find("<script"), std::string::npos);
   EXPECT_EQ(page.find("<note>"), std::string::npos);
   EXPECT_EQ(page.find("\"<b>\""), std::string::npos);

@@ -10,6 +10,7 @@
 
 #include "scenarios/error.h"
 #include "scenarios/files.h"
+#include "tests/reports/own_scripts.h"
 #include "tests/reports/sample.h"
 
 namespace lacuna {
@@ -34,8 +35,9 @@ class Folder : public testing::Test {
 
 using WriteReport = Folder;
 
-/// Nothing in the page asks a browser for anything outside it, nor runs.
-void expect_self_contained(const std::string& page) {
+/// Nothing in the page asks a browser for anything outside it, nor runs, but the library's own scripts.
+void expect_self_contained(const std::string& whole) {
+  const std::string page = without_own_scripts(whole);
   for (const char* word : {"http://", "https://", "<script", "<link", "<iframe", "<object", "@import", "url(",
                            "src=\"/", "src='", "href=\"/", "href='", " onload", " onerror", "javascript:"})
     EXPECT_EQ(page.find(word), std::string::npos) << word;
@@ -161,13 +163,31 @@ TEST(DiagnosisPage, InputCannotBecomeMarkup) {
   const Picture pose{"\"><script>alert(2)</script>", {1, 2, 3}};
   const std::string page = diagnosis_page(Scenario{}, sample::hostile_diagnosis(), context, std::span(&pose, 1));
   expect_self_contained(page);
-  EXPECT_EQ(page.find("alert('"), std::string::npos);
+  EXPECT_EQ(without_own_scripts(page).find("alert('"), std::string::npos);
   EXPECT_EQ(page.find('\xff'), std::string::npos);
   EXPECT_NE(page.find("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;"), std::string::npos);
 }
 
 TEST(DiagnosisPage, OfNothingIsStillAPage) {
   expect_self_contained(diagnosis_page(Scenario{}, Diagnosis{}, Context{}, {}));
+}
+
+TEST(DiagnosisPage, CarriesEachScriptOnceWithItsHashInThePolicy) {
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
+  const std::string own = "<script>" + std::string(kPageScripts) + "</script>";
+  ASSERT_NE(page.find(own), std::string::npos);
+  EXPECT_EQ(page.find(own, page.find(own) + 1), std::string::npos);
+  const std::size_t policy = page.find("script-src"), end = page.find(';', policy);
+  const std::string sources = page.substr(policy, end - policy);
+  EXPECT_EQ(sources.find("unsafe"), std::string::npos);
+  EXPECT_EQ(std::count(sources.begin(), sources.end(), '\''), kPlotLibrary.empty() ? 2 : 4);
+  EXPECT_EQ(page.find("MIT-licenced") != std::string::npos, !kPlotLibrary.empty());
+}
+
+TEST(DiagnosisPage, WithoutPlotsHasNoScripts) {
+  const std::string page = diagnosis_page(Scenario{}, Diagnosis{}, Context{}, {});
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_NE(page.find("script-src 'none'"), std::string::npos);
 }
 
 TEST(FitPage, ComparesEngines) {

@@ -1,0 +1,130 @@
+#include "reports/replay_section.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "backends/engine.h"
+#include "render/figure.h"
+#include "scenarios/robot.h"
+#include "tests/reports/sample.h"
+
+namespace lacuna {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using PageData = nlohmann::ordered_json;
+
+Scenario scenario_of(const char* urdf) {
+  Scenario out;
+  out.robot = Robot::from_urdf(std::string(LACUNA_SOURCE_DIR) + "/scenarios/" + urdf);
+  return out;
+}
+
+Replay replay_of(const Robot& robot) {
+  Replay out{"test_1.csv", Role::test, {}, {}};
+  for (const Joint& joint : robot.joints()) out.traces.push_back(sample::trace(joint.name));
+  return out;
+}
+
+PageData data_of(const Html& html) {
+  const std::string open = "class=\"replay-data\">";
+  const std::size_t at = html.markup.find(open);
+  if (at == std::string::npos) return nullptr;
+  const std::size_t begin = at + open.size();
+  return PageData::parse(html.markup.substr(begin, html.markup.find('<', begin) - begin));
+}
+
+Isometry3d pose_of(const PageData& numbers) {
+  Isometry3d out = Isometry3d::Identity();
+  for (int i = 0; i < 12; ++i) out.matrix()(i % 3, i / 3) = numbers.at(static_cast<std::size_t>(i)).get<double>();
+  return out;
+}
+
+/// World poses of the bodies, from the page's data alone: what reports/page/figure.js does.
+std::vector<Isometry3d> poses_of(const PageData& joints, const std::vector<double>& q) {
+  std::vector<Isometry3d> out;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const PageData& joint = joints[i];
+    const int parent = joint["parent"].get<int>();
+    const Vector3d axis(joint["axis"][0].get<double>(), joint["axis"][1].get<double>(), joint["axis"][2].get<double>());
+    Isometry3d motion = Isometry3d::Identity();
+    if (joint["slides"].get<bool>())
+      motion.translation() = axis * q[i];
+    else
+      motion.linear() = Eigen::AngleAxisd(q[i], axis).toRotationMatrix();
+    out.push_back((parent < 0 ? Isometry3d::Identity() : out[static_cast<std::size_t>(parent)]) *
+                  pose_of(joint["origin"]) * motion);
+  }
+  return out;
+}
+
+// Six digits of metres.
+constexpr double kRounding = 2e-5;
+
+TEST(ReplaySection, SolidsStandWhereTheSnapshotsHaveThem) {
+  for (const char* urdf :
+       {"hydrolek/hydrolek.urdf", "cartpole/cartpole.urdf", "double_pendulum/double_pendulum.urdf"}) {
+    const Scenario scenario = scenario_of(urdf);
+    const Robot& robot = *scenario.robot;
+    const std::vector<Replay> replays{replay_of(robot)};
+    const PageData data = data_of(replay_section(scenario, replays, {}));
+    std::vector<double> q;
+    for (int i = 0; i < robot.dof(); ++i) q.push_back(0.3 - 0.1 * i);
+    std::vector<Isometry3d> bodies;
+    find_engine("featherstone").build(scenario.robot, scenario.gravity)->body_poses(q, bodies);
+    const std::vector<Solid> figure = robot_figure(robot, robot.link_poses(bodies));
+    const std::vector<Isometry3d> poses = poses_of(data["joints"], q);
+    ASSERT_GE(data["solids"].size(), figure.size()) << urdf;
+    for (std::size_t s = 0; s < figure.size(); ++s) {
+      const PageData& solid = data["solids"][s];
+      const int body = solid["body"].get<int>();
+      const Isometry3d pose =
+          (body < 0 ? Isometry3d::Identity() : poses[static_cast<std::size_t>(body)]) * pose_of(solid["pose"]);
+      EXPECT_LT((pose.translation() - figure[s].pose.translation()).norm(), kRounding) << urdf << ", solid " << s;
+      // What is round about its z looks the same however it is turned about it.
+      const int first = figure[s].kind == Solid::Kind::box ? 0 : 2;
+      for (int axis = first; axis < 3; ++axis)
+        EXPECT_LT((pose.linear().col(axis) - figure[s].pose.linear().col(axis)).norm(), kRounding)
+            << urdf << ", solid " << s << ", axis " << axis;
+    }
+  }
+}
+
+TEST(ReplaySection, HoldsWhatWasMeasuredAndHowFarTheModelsAreOff) {
+  const Scenario scenario = scenario_of("double_pendulum/double_pendulum.urdf");
+  const std::vector<Replay> replays{replay_of(*scenario.robot)};
+  const PageData recording = data_of(replay_section(scenario, replays, {"plain", "found"}))["recordings"][0];
+  EXPECT_EQ(recording["name"], "test_1.csv");
+  EXPECT_EQ(recording["role"], "test");
+  EXPECT_LE(recording["time"]["d"].size(), kMostFrames);
+  const PageData& before = recording["joints"][1]["before"];
+  EXPECT_NEAR(before["from"].get<double>() + before["step"].get<double>() * before["d"][0].get<double>(), 0.01, 1e-6);
+}
+
+TEST(ReplaySection, IsLeftOutWhereNoPositionsAreComparedOrTheClockRunsBack) {
+  Scenario scenario = scenario_of("double_pendulum/double_pendulum.urdf");
+  std::vector<Replay> replays{replay_of(*scenario.robot)};
+  EXPECT_TRUE(replay_section(scenario, {}, {}).markup.empty());
+  EXPECT_TRUE(replay_section(Scenario{}, replays, {}).markup.empty());
+  std::swap(replays[0].traces[0].time[3], replays[0].traces[0].time[4]);
+  EXPECT_TRUE(replay_section(scenario, replays, {}).markup.empty());
+  replays = {replay_of(*scenario.robot)};
+  scenario.prediction = InverseDynamics{40.0};
+  EXPECT_TRUE(replay_section(scenario, replays, {}).markup.empty());
+}
+
+TEST(ReplaySection, AJointThatIsNotMeasuredStandsAtZero) {
+  const Scenario scenario = scenario_of("hydrolek/hydrolek.urdf");
+  std::vector<Replay> replays{replay_of(*scenario.robot)};
+  replays[0].traces.resize(2);
+  const PageData data = data_of(replay_section(scenario, replays, {}));
+  EXPECT_EQ(data["joints"].size(), static_cast<std::size_t>(scenario.robot->dof()));
+  EXPECT_EQ(data["recordings"][0]["joints"].size(), 2u);
+}
+
+}  // namespace
+}  // namespace lacuna
