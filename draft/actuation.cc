@@ -245,7 +245,10 @@ class Guesser {
     measure_inertias();
     for (std::size_t j = 0; j < dof; ++j) out.joints.push_back(guess(j, hints[j]));
     agree(out.joints);
-    for (std::size_t j = 0; j < dof; ++j) fill(out.joints[j], Rows(pieces_, j), j);
+    for (std::size_t j = 0; j < dof; ++j) {
+      fill(out.joints[j], Rows(pieces_, j), j);
+      within_range(out.joints[j]);
+    }
     return out;
   }
 
@@ -400,8 +403,21 @@ class Guesser {
     return std::fabs(middle) < 0.02 * (high - low) ? 0.0 : middle;
   }
 
+  /// What the actuator models take (physics/actuators); beyond it the recordings are of no machine.
+  static void within_range(ActuatorGuess& out) {
+    const auto within = [](double x, double low, double high) {
+      return std::isfinite(x) ? std::clamp(x, low, high) : low;
+    };
+    out.gain = within(out.gain, -1e9, 1e9), out.damping = within(out.damping, 1e-12, 1e9);
+    out.stiffness = within(out.stiffness, 0.0, 1e12), out.rest = within(out.rest, -1e3, 1e3);
+    if (out.gain == 0.0) out.gain = 1.0;
+  }
+
   /// Values that no regression gave, from the joint's inertia and limits; none stays 0 or of the wrong sign.
   void fill(ActuatorGuess& out, const Rows& rows, std::size_t j) const {
+    for (double* each : {&out.gain, &out.damping, &out.stiffness, &out.rest, &out.neutral})
+      if (!std::isfinite(*each)) *each = 0.0;
+    if (!std::isfinite(out.effort_scale) || out.effort_scale == 0.0) out.effort_scale = 1.0;
     const double omega = 2.0 * std::numbers::pi * kOilFrequency;
     if (out.model == "flow_source") {
       out.stiffness = inertia_[j] * omega * omega, out.damping = 2.0 * inertia_[j] * omega;

@@ -14,7 +14,7 @@ constexpr int kStartDigits = 3;
 
 /// Start values need no more digits than they deserve.
 std::string short_number(double value, int digits = kStartDigits) {
-  return format_number(std::stod(fmt::format("{:.{}g}", value, digits)));
+  return format_number(parse_number(fmt::format("{:.{}g}", value, digits)).value_or(0.0));
 }
 
 class PageWriter {

@@ -11,6 +11,8 @@
 namespace lacuna {
 namespace {
 
+constexpr std::size_t kFewestToSplit = 80;  ///< samples, so that each part has enough to be simulated
+
 std::optional<Role> named_role(const std::string& file) {
   const std::vector<std::string> words = words_of(file.substr(file.find_last_of('/') + 1));
   for (const std::string& word : words) {
@@ -45,10 +47,11 @@ double cut_near(const RecordingSpan& recording, double share) {
   return recording.time[best];
 }
 
-/// A time with as many digits as people read, within the recording.
+/// A time with as many digits as people read, where the samples lie further apart than that.
 double rounded(const RecordingSpan& recording, double time) {
-  const double fine = std::round(time * 1000.0) / 1000.0;
-  return fine > recording.time.front() && fine < recording.time.back() ? fine : time;
+  constexpr double kShown = 1e-3;  // s
+  const double span = recording.time.back() - recording.time.front();
+  return span > 100.0 * kShown ? std::round(time / kShown) * kShown : time;
 }
 
 }  // namespace
@@ -56,7 +59,11 @@ double rounded(const RecordingSpan& recording, double time) {
 RoleGuesses guess_roles(const std::vector<RecordingSpan>& recordings) {
   if (const auto named = by_names(recordings)) return *named;
   RoleGuesses out;
-  if (recordings.size() == 1) {
+  if (recordings.size() <= 2 && recordings.back().time.size() < kFewestToSplit) {
+    for (std::size_t i = 0; i < recordings.size(); ++i)
+      out.roles.push_back({i, i == 0 ? Role::train : Role::validate, std::nullopt, std::nullopt});
+    out.reason = "too short to split; a diagnosis needs a validate recording";
+  } else if (recordings.size() == 1) {
     const double first = rounded(recordings[0], cut_near(recordings[0], 0.5));
     const double second = rounded(recordings[0], cut_near(recordings[0], 0.75));
     out.roles = {{0, Role::train, std::nullopt, first},

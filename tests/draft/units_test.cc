@@ -123,9 +123,18 @@ TEST(Roles, OneRecordingIsCutAtRest) {
   EXPECT_NEAR(roles.roles[2].from.value(), 7.5, 0.51);
 }
 
+TEST(Roles, WhatIsTooShortIsNotSplit) {
+  const RoleGuesses roles = guess_roles({{"run.csv", {0, 1, 2}, {0, 0, 0}}});
+  ASSERT_EQ(roles.roles.size(), 1u);
+  EXPECT_EQ(roles.roles[0].role, Role::train);
+  EXPECT_FALSE(roles.roles[0].to.has_value());
+}
+
 TEST(Roles, EveryRoleIsTakenByAnyNumberOfRecordings) {
   for (std::size_t n = 1; n <= 12; ++n) {
-    std::vector<RecordingSpan> spans(n, RecordingSpan{"run.csv", {0, 1, 2, 3}, {0, 0, 0, 0}});
+    std::vector<double> time(100), speed(100, 0.0);
+    for (std::size_t i = 0; i < time.size(); ++i) time[i] = 0.01 * static_cast<double>(i);
+    std::vector<RecordingSpan> spans(n, RecordingSpan{"run.csv", time, speed});
     int count[3] = {};
     std::vector<bool> used(n, false);
     for (const RoleGuess& role : guess_roles(spans).roles)

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include "scenarios/error.h"
 #include "scenarios/scenario.h"
 #include "scenarios/yaml_reader.h"
+#include "draft/draft.h"
 
 namespace lacuna {
 namespace {
@@ -307,6 +309,40 @@ TEST_F(Fuzz, MatFiles) {
     const std::string mutant = origin.substr(0, 128) + mutate(origin.substr(128));
     write(folder_ / "run.mat", mutant);
     if (!survives([&] { load_recording(folder_ / "run.mat", "run.mat"); }, "mutant " + std::to_string(i))) break;
+  }
+}
+
+/// Whatever a recording is called and holds, its draft is a scenario.
+TEST_F(Fuzz, Drafts) {
+  const std::vector<std::string> tokens{",",      "\n",      "q_1", "u_2",  "tau_1", "i_2", "qd_1",  "t",
+                                        "deg",    "joint_2", "#",   ": ",   "\"{\"", "0",   "1e308", "-1e308",
+                                        "1e-320", "nan",     "",    "9999", "_ms",   "\xff"};
+  std::string valid = "t,u_1,u_2,q_1,q_2,qd_1,i_2\n";
+  for (int i = 0; i < 100; ++i) {
+    const double t = 0.01 * i;
+    for (const double value : {t, std::sin(5 * t), std::cos(3 * t), std::sin(4 * t), std::sin(3 * t), std::cos(4 * t)})
+      valid += std::to_string(value) + ",";
+    valid += "1\n";
+  }
+  const auto robot = Robot::from_urdf(kRoot / "scenarios/double_pendulum/double_pendulum.urdf");
+  std::filesystem::copy_file(kRoot / "scenarios/double_pendulum/double_pendulum.urdf", folder_ / "robot.urdf");
+  Mutator mutate(tokens, 6);
+  for (int i = 0; i < kFileMutants / 3; ++i) {
+    // The names are a small part of the file: they get mutants of their own.
+    const std::size_t body = valid.find('\n');
+    const std::string mutant = i % 2 == 0 ? mutate(valid) : mutate(valid.substr(0, body)) + valid.substr(body);
+    write(folder_ / "run.csv", mutant);
+    std::string text;
+    const auto draft = [&] {
+      text =
+          draft_scenario({"fuzz", "robot.urdf", robot, {{"run.csv", load_recording(folder_ / "run.csv", "run.csv")}}})
+              .yaml;
+    };
+    if (!survives(draft, mutant)) break;
+    if (text.empty()) continue;
+    write(folder_ / "scenario.yaml", text);
+    ASSERT_NO_THROW(load_scenario(folder_ / "scenario.yaml", {.load_recordings = false}))
+        << mutant.substr(0, 400) << text;
   }
 }
 
