@@ -14,6 +14,7 @@
 #include "reports/json_text.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
+#include "scenarios/mjcf.h"
 #include "scenarios/text.h"
 #include "draft/draft.h"
 
@@ -114,7 +115,7 @@ std::string summary(const fs::path& file, const Draft& draft, const std::vector<
 
 void run(const Session& session, const InitOptions& options) {
   const fs::path robot_file = options.robot;
-  const auto robot = Robot::from_urdf(robot_file);
+  const auto robot = read_robot_file(robot_file).robot;
   const std::string name = options.name.empty() ? robot->name() : options.name;
   const fs::path folder = session.output.empty() ? fs::path("out") / file_name(name) : fs::path(session.output);
   const fs::path file = folder / "scenario.yaml";
@@ -152,7 +153,7 @@ void add_init(CLI::App& app, Session& session) {
       "copied into it; the robot's file stays where it is",
       "lacuna init my_arm.urdf run_1.csv run_2.csv run_3.csv -o my_arm",
       [&session, options] { run(session, *options); });
-  command.add_option("ROBOT", options->robot, "The robot's file (.urdf)")->required()->option_text(" ");
+  command.add_option("ROBOT", options->robot, "The robot's file (URDF or MJCF)")->required()->option_text(" ");
   command.add_option("RECORDING", options->recordings, "Its recordings, in the order in which they were made")
       ->required()
       ->option_text("... ");

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "scenarios/error.h"
+#include "scenarios/mjcf.h"
 #include "scenarios/scenario.h"
 #include "scenarios/yaml_reader.h"
 #include "draft/draft.h"
@@ -309,6 +310,54 @@ TEST_F(Fuzz, MatFiles) {
     const std::string mutant = origin.substr(0, 128) + mutate(origin.substr(128));
     write(folder_ / "run.mat", mutant);
     if (!survives([&] { load_recording(folder_ / "run.mat", "run.mat"); }, "mutant " + std::to_string(i))) break;
+  }
+}
+
+TEST_F(Fuzz, MjcfTexts) {
+  const std::vector<std::string> tokens{"<",
+                                        ">",
+                                        "/>",
+                                        "</body>",
+                                        "<body>",
+                                        "<joint/>",
+                                        "<geom size='.1'/>",
+                                        "<inertial mass='1'/>",
+                                        "<include file='/dev/zero'/>",
+                                        "<default class='x'>",
+                                        "class='x'",
+                                        "childclass='x'",
+                                        "euler='1 2 3'",
+                                        "quat='0 0 0 0'",
+                                        "type='mesh'",
+                                        "type='capsule'",
+                                        "fromto='0 0 0 0 0 0'",
+                                        "nan",
+                                        "1e999",
+                                        "-1",
+                                        "0",
+                                        "<equality>",
+                                        "<tendon>",
+                                        "'",
+                                        "\"",
+                                        std::string(1, '\0'),
+                                        "\xff",
+                                        "1e-320",
+                                        "1e308"};
+  const std::string valid =
+      R"(<mujoco model='m'><compiler eulerseq='zyx'/><default><joint damping='1'/><default class='x'><geom type='box' size='.1 .1 .1'/></default></default>
+  <worldbody><geom type='plane' size='1 1 1'/><body name='a' euler='10 20 30' childclass='x'><joint name='j' axis='0 1 0' range='-90 90' limited='true'/><geom class='x'/>
+  <body name='b' pos='1 0 0' xyaxes='1 0 0 0 1 0'><inertial pos='0 0 1' mass='2' fullinertia='.1 .1 .1 0 0 0'/><joint name='k' type='slide' pos='.1 0 0' stiffness='3'/></body>
+  </body></worldbody><actuator><general joint='j' gainprm='3' biastype='affine' biasprm='1 -2 -3'/><motor joint='k' gear='2'/></actuator></mujoco>)";
+  ASSERT_EQ(read_mjcf_text(valid, "m.xml").robot->dof(), 2);
+  Mutator mutate(tokens, 7);
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string mutant = mutate(valid);
+    const auto work = [&] {
+      // What is accepted can be written as URDF, and that can be read.
+      const MjcfModel model = read_mjcf_text(mutant, "m.xml");
+      Robot::from_urdf_text(to_urdf(*model.robot), "again.urdf");
+    };
+    if (!survives(work, mutant)) break;
   }
 }
 
