@@ -20,12 +20,13 @@
 namespace lacuna {
 
 // The subcommands, one file each, in the order of the help.
-AddCommand add_engines, add_effects, add_simulate, add_compare, add_identify, add_study, add_excite, add_diagnose,
-    add_conceal, add_blind, add_render, add_export;
+AddCommand add_init, add_engines, add_effects, add_simulate, add_compare, add_identify, add_study, add_excite,
+    add_diagnose, add_conceal, add_blind, add_render, add_export;
 
 namespace {
 
 constexpr AddCommand* kCommands[] = {
+    add_init,      //
     add_engines,   //
     add_effects,   //
     add_simulate,  //
@@ -65,6 +66,8 @@ void describe(CLI::App& app) {
   app.require_subcommand(1);
   app.footer(
       "Examples:\n"
+      "  lacuna init my_arm.urdf run_1.csv run_2.csv -o my_arm   a first scenario.yaml from a robot and its "
+      "recordings\n"
       "  lacuna diagnose my_arm/scenario.yaml -o out/my_arm      what the model leaves out, with a report\n"
       "  lacuna identify my_arm/scenario.yaml --engine mujoco    its parameters, with intervals\n"
       "  lacuna simulate my_arm/scenario.yaml > simulated.csv    what the model predicts\n"

@@ -11,6 +11,7 @@
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "scenarios/learned_entry.h"
+#include "scenarios/mjcf.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
@@ -86,9 +87,11 @@ void ScenarioParser::parse_robot() {
   const YamlCursor cursor = root_.at("robot");
   out_.robot_file = cursor.text();
   const auto path = resolve(out_, out_.robot_file);
-  if (!std::filesystem::exists(std::filesystem::status(path))) cursor.fail("a URDF file that exists");
+  if (!std::filesystem::exists(std::filesystem::status(path))) cursor.fail("a URDF or MJCF file that exists");
   std::vector<std::string> notes;
-  out_.robot = Robot::from_urdf(path, &notes);
+  MjcfModel model = read_robot_file(path, &notes);
+  out_.robot = model.robot, out_.actuators = std::move(model.actuators), out_.effects = std::move(model.effects);
+  if (!root_.find("gravity")) out_.gravity = model.gravity;
   for (const std::string& note : notes) out_.notes.push_back(printable(out_.robot_file) + ": " + note);
 }
 
@@ -104,6 +107,8 @@ void ScenarioParser::parse_actuators(const YamlCursor& section) {
     ActuatorSpec spec;
     spec.joint = joint;
     spec.where = cursor.where();
+    // What the scenario says of a joint stands before what the robot's file says.
+    std::erase_if(out_.actuators, [&](const ActuatorSpec& given) { return given.joint == spec.joint; });
     spec.model = cursor.at("model").text();
     for (const auto& [key, value] : cursor.entries())
       if (key != "model") spec.parameters[key] = value.number();
@@ -325,15 +330,21 @@ void ScenarioParser::parse_events(const YamlCursor& entry, EventSpec::Kind kind)
 /// What was learned of single instants stands beside what is learned of the machine.
 void ScenarioParser::parse_effects(const YamlCursor& section) {
   using Kind = EventSpec::Kind;
+  std::vector<EffectSpec> stated, &from_robot = out_.effects;
   for (const YamlCursor& entry : section.items()) {
     const std::string effect = entry.at("effect").text();
     const auto kinds = {Kind::effort, Kind::command, Kind::reading};
     const auto kind = std::ranges::find_if(kinds, [&](Kind k) { return effect == to_string(k); });
-    if (kind != kinds.end() && entry.find("events"))
+    if (kind != kinds.end() && entry.find("events")) {
       parse_events(entry, *kind);
-    else
-      out_.effects.push_back(parse_effect(entry));
+      continue;
+    }
+    EffectSpec spec = parse_effect(entry);
+    std::erase_if(from_robot,
+                  [&](const EffectSpec& given) { return given.effect == spec.effect && given.place == spec.place; });
+    stated.push_back(std::move(spec));
   }
+  from_robot.insert(from_robot.end(), stated.begin(), stated.end());
 }
 
 /// Loads carried in some recordings: a payload effect each. One without a mass is free, to be identified.

@@ -1,3 +1,5 @@
+#include "backends/engine.h"
+#include "scenarios/mjcf.h"
 #include "scenarios/robot.h"
 #include "tests/cli/program.h"
 
@@ -27,6 +29,35 @@ TEST(Export, MjcfHoldsWhatItCanAndTellsTheRest) {
         "stiffness=\"30\" springref=\"0.2616\"", "frictionloss=\"4\"", "gainprm=\"20\"", "biasprm=\"10 0 0\"",
         "mass=\"4\" fullinertia=\"0.02 0.4 0.4 0 0 0\"", "gravity=\"0 0 -9.81\"", "<!-- input_delay at elbow"})
     EXPECT_THAT(outcome.out, HasSubstr(part));
+}
+
+/// Of the bundled seven-joint arm, whose gripper slides.
+TEST(Export, MjcfLoadsAgainToTheSameAccelerations) {
+  const std::filesystem::path scenarios = std::filesystem::path(LACUNA_SOURCE_DIR) / "scenarios/hydrolek";
+  const Outcome outcome = lacuna({"export", (scenarios / "demo/scenario.yaml").string(), "--format", "mjcf"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const MjcfModel again = read_mjcf_text(outcome.out, "demo.xml");
+  const auto given = Robot::from_urdf(scenarios / "hydrolek.urdf");
+  ASSERT_EQ(again.robot->dof(), given->dof());
+  const Eigen::Vector3d gravity(0.0, 0.0, -9.81);
+  const auto a = find_engine("featherstone").build(given, gravity);
+  const auto b = find_engine("featherstone").build(again.robot, gravity);
+  const std::size_t n = static_cast<std::size_t>(given->dof());
+  std::vector<double> q(n), v(n), tau(n), x(n), y(n);
+  for (int k = 0; k < 100; ++k) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const double phase = 0.7 * k + 1.9 * static_cast<double>(j);
+      q[j] = std::sin(phase), v[j] = std::cos(1.3 * phase), tau[j] = 9.0 * std::sin(2.1 * phase);
+    }
+    a->forward_dynamics(q, v, tau, x);
+    b->forward_dynamics(q, v, tau, y);
+    for (std::size_t j = 0; j < n; ++j) EXPECT_NEAR(x[j], y[j], 1e-9 * std::max(1.0, std::fabs(x[j]))) << k << " " << j;
+  }
+  ASSERT_EQ(again.actuators.size(), 7u);
+  EXPECT_EQ(again.actuators[1].parameters.at("gain"), 200.0);
+  EXPECT_EQ(again.actuators[1].parameters.at("damping"), 231.8);
+  EXPECT_EQ(again.actuators[1].parameters.at("stiffness"), 3060.0);
+  EXPECT_EQ(again.actuators[1].parameters.at("rest"), 0.4);
 }
 
 TEST(Export, MjcfHoldsInertiaFilterRangeAndTilt) {

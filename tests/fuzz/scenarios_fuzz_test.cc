@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -15,8 +16,10 @@
 #include <vector>
 
 #include "scenarios/error.h"
+#include "scenarios/mjcf.h"
 #include "scenarios/scenario.h"
 #include "scenarios/yaml_reader.h"
+#include "draft/draft.h"
 
 namespace lacuna {
 namespace {
@@ -307,6 +310,88 @@ TEST_F(Fuzz, MatFiles) {
     const std::string mutant = origin.substr(0, 128) + mutate(origin.substr(128));
     write(folder_ / "run.mat", mutant);
     if (!survives([&] { load_recording(folder_ / "run.mat", "run.mat"); }, "mutant " + std::to_string(i))) break;
+  }
+}
+
+TEST_F(Fuzz, MjcfTexts) {
+  const std::vector<std::string> tokens{"<",
+                                        ">",
+                                        "/>",
+                                        "</body>",
+                                        "<body>",
+                                        "<joint/>",
+                                        "<geom size='.1'/>",
+                                        "<inertial mass='1'/>",
+                                        "<include file='/dev/zero'/>",
+                                        "<default class='x'>",
+                                        "class='x'",
+                                        "childclass='x'",
+                                        "euler='1 2 3'",
+                                        "quat='0 0 0 0'",
+                                        "type='mesh'",
+                                        "type='capsule'",
+                                        "fromto='0 0 0 0 0 0'",
+                                        "nan",
+                                        "1e999",
+                                        "-1",
+                                        "0",
+                                        "<equality>",
+                                        "<tendon>",
+                                        "'",
+                                        "\"",
+                                        std::string(1, '\0'),
+                                        "\xff",
+                                        "1e-320",
+                                        "1e308"};
+  const std::string valid =
+      R"(<mujoco model='m'><compiler eulerseq='zyx'/><default><joint damping='1'/><default class='x'><geom type='box' size='.1 .1 .1'/></default></default>
+  <worldbody><geom type='plane' size='1 1 1'/><body name='a' euler='10 20 30' childclass='x'><joint name='j' axis='0 1 0' range='-90 90' limited='true'/><geom class='x'/>
+  <body name='b' pos='1 0 0' xyaxes='1 0 0 0 1 0'><inertial pos='0 0 1' mass='2' fullinertia='.1 .1 .1 0 0 0'/><joint name='k' type='slide' pos='.1 0 0' stiffness='3'/></body>
+  </body></worldbody><actuator><general joint='j' gainprm='3' biastype='affine' biasprm='1 -2 -3'/><motor joint='k' gear='2'/></actuator></mujoco>)";
+  ASSERT_EQ(read_mjcf_text(valid, "m.xml").robot->dof(), 2);
+  Mutator mutate(tokens, 7);
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string mutant = mutate(valid);
+    const auto work = [&] {
+      // What is accepted can be written as URDF, and that can be read.
+      const MjcfModel model = read_mjcf_text(mutant, "m.xml");
+      Robot::from_urdf_text(to_urdf(*model.robot), "again.urdf");
+    };
+    if (!survives(work, mutant)) break;
+  }
+}
+
+/// Whatever a recording is called and holds, its draft is a scenario.
+TEST_F(Fuzz, Drafts) {
+  const std::vector<std::string> tokens{",",      "\n",      "q_1", "u_2",  "tau_1", "i_2", "qd_1",  "t",
+                                        "deg",    "joint_2", "#",   ": ",   "\"{\"", "0",   "1e308", "-1e308",
+                                        "1e-320", "nan",     "",    "9999", "_ms",   "\xff"};
+  std::string valid = "t,u_1,u_2,q_1,q_2,qd_1,i_2\n";
+  for (int i = 0; i < 100; ++i) {
+    const double t = 0.01 * i;
+    for (const double value : {t, std::sin(5 * t), std::cos(3 * t), std::sin(4 * t), std::sin(3 * t), std::cos(4 * t)})
+      valid += std::to_string(value) + ",";
+    valid += "1\n";
+  }
+  const auto robot = Robot::from_urdf(kRoot / "scenarios/double_pendulum/double_pendulum.urdf");
+  std::filesystem::copy_file(kRoot / "scenarios/double_pendulum/double_pendulum.urdf", folder_ / "robot.urdf");
+  Mutator mutate(tokens, 6);
+  for (int i = 0; i < kFileMutants / 3; ++i) {
+    // The names are a small part of the file: they get mutants of their own.
+    const std::size_t body = valid.find('\n');
+    const std::string mutant = i % 2 == 0 ? mutate(valid) : mutate(valid.substr(0, body)) + valid.substr(body);
+    write(folder_ / "run.csv", mutant);
+    std::string text;
+    const auto draft = [&] {
+      text =
+          draft_scenario({"fuzz", "robot.urdf", robot, {{"run.csv", load_recording(folder_ / "run.csv", "run.csv")}}})
+              .yaml;
+    };
+    if (!survives(draft, mutant)) break;
+    if (text.empty()) continue;
+    write(folder_ / "scenario.yaml", text);
+    ASSERT_NO_THROW(load_scenario(folder_ / "scenario.yaml", {.load_recordings = false}))
+        << mutant.substr(0, 400) << text;
   }
 }
 

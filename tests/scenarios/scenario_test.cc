@@ -176,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"DuplicateKey", "total_mass: 3", "name: three",
                 "scenario.yaml:6: found the key \"name\" a second time"},
         Spoiled{"NoSuchRobot", "robot: two.urdf", "robot: one.urdf",
-                "scenario.yaml:3: robot: found \"one.urdf\", expected a URDF file that exists"},
+                "scenario.yaml:3: robot: found \"one.urdf\", expected a URDF or MJCF file that exists"},
         Spoiled{"RobotIsAFolder", "robot: two.urdf", "robot: .", "found a folder"},
         Spoiled{"GravityOfTwo", "[0, 0, -9.81]", "[0, -9.81]",
                 "scenario.yaml:4: gravity: found a list of 2, expected three numbers"},

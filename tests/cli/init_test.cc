@@ -1,0 +1,107 @@
+#include "tests/cli/program.h"
+
+namespace lacuna::test {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+
+std::vector<std::string> init(const Arm& arm, const fs::path& out, std::vector<std::string> more = {}) {
+  std::vector<std::string> line{"init", (arm.folder() / "arm.urdf").string()};
+  for (const char* name : {"train.csv", "validate.csv", "test.csv"}) line.push_back((arm.folder() / name).string());
+  line.insert(line.end(), {"-o", out.string()});
+  line.insert(line.end(), more.begin(), more.end());
+  return line;
+}
+
+TEST(Init, WritesAScenarioThatEveryCommandReads) {
+  const Arm arm;
+  const fs::path out = arm.folder() / "new";
+  const Outcome outcome = lacuna(init(arm, out));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("lacuna diagnose"));
+  const std::string text = text_of(out / "scenario.yaml");
+  EXPECT_THAT(text, HasSubstr("degrees, scale: 0.0174532925199"));
+  EXPECT_THAT(text, HasSubstr("role: validate"));
+  EXPECT_TRUE(fs::exists(out / "train.csv"));  // copied: it lay outside
+  const Outcome simulated = lacuna({"simulate", (out / "scenario.yaml").string()});
+  EXPECT_EQ(simulated.code, 0) << simulated.err;
+}
+
+TEST(Init, LeavesRecordingsBelowItsFolderWhereTheyAre) {
+  const Arm arm;
+  fs::remove(arm.folder() / "scenario.yaml");
+  fs::create_directories(arm.folder() / "runs");
+  fs::rename(arm.folder() / "train.csv", arm.folder() / "runs" / "train.csv");
+  const Outcome outcome =
+      lacuna({"init", "arm.urdf", "runs/train.csv", "validate.csv", "test.csv", "-o", "."}, arm.folder());
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(text_of(arm.folder() / "scenario.yaml"), HasSubstr("file: runs/train.csv, role: train"));
+  EXPECT_FALSE(fs::exists(arm.folder() / "train.csv"));
+}
+
+TEST(Init, NeverOverwritesUnlessTold) {
+  const Arm arm;
+  const std::string before = text_of(arm.folder() / "scenario.yaml");
+  expect_refused(lacuna(init(arm, arm.folder())), kBadInput, "--force");
+  EXPECT_EQ(text_of(arm.folder() / "scenario.yaml"), before);
+  // Nor a recording of the same name.
+  const fs::path out = arm.folder() / "new";
+  fs::create_directories(out);
+  arm.files().write("new/train.csv", "something else\n");
+  expect_refused(lacuna(init(arm, out)), kBadInput, "train.csv");
+  EXPECT_EQ(text_of(out / "train.csv"), "something else\n");
+  EXPECT_FALSE(fs::exists(out / "scenario.yaml"));
+  EXPECT_EQ(lacuna(init(arm, out, {"--force"})).code, 0);
+  EXPECT_EQ(lacuna(init(arm, arm.folder(), {"--force"})).code, 0);
+  EXPECT_NE(text_of(arm.folder() / "scenario.yaml"), before);
+}
+
+TEST(Init, SaysWhatItGuessedAndWhatItAsks) {
+  const Arm arm;
+  const auto record = json_of(lacuna(init(arm, arm.folder() / "new", {"--json"})));
+  EXPECT_EQ(record.at("format"), "lacuna-init/1");
+  const std::vector<std::string> guesses = record.at("guesses"), questions = record.at("questions");
+  EXPECT_THAT(guesses, Contains(HasSubstr("degrees")));
+  EXPECT_THAT(questions, Contains(HasSubstr("total_mass")));
+}
+
+TEST(Init, RefusesWhatItCannotRead) {
+  const Arm arm;
+  const auto file = [&](const char* name) { return (arm.folder() / name).string(); };
+  expect_refused(lacuna({"init"}), kBadInput, "ROBOT");
+  expect_refused(lacuna({"init", file("arm.urdf")}), kBadInput, "RECORDING");
+  expect_refused(lacuna({"init", file("none.urdf"), file("train.csv")}), kBadInput, "none.urdf");
+  expect_refused(lacuna({"init", file("arm.urdf"), file("none.csv"), "-o", file("new")}), kBadInput, "none.csv");
+  expect_refused(lacuna({"init", file("arm.urdf"), file("arm.urdf"), "-o", file("new")}), kBadInput, "arm.urdf");
+  EXPECT_FALSE(fs::exists(arm.folder() / "new"));
+}
+
+/// What diagnose names, as "effect at joint".
+std::vector<std::string> named_by(const std::string& scenario, const fs::path& out) {
+  const auto record = json_of(lacuna({"diagnose", scenario, "-o", out.string(), "--no-engines", "--no-pictures",
+                                      "--population", "20", "--generations", "5", "--json"}));
+  std::vector<std::string> names;
+  for (const auto& finding : record.at("findings"))
+    names.push_back(finding.at("effect").get<std::string>() + " at " + finding.at("where").get<std::string>());
+  return names;
+}
+
+TEST(Init, TheBundledArmIsDiagnosedAsFromTheHandWrittenFile) {
+  const fs::path arm = fs::path(LACUNA_SOURCE_DIR) / "scenarios/hydrolek";
+  const TemporaryFolder folder;
+  std::vector<std::string> line{"init", (arm / "hydrolek.urdf").string()};
+  for (const char* name : {"train_1", "train_2", "train_3", "validate_1", "test_1"})
+    line.push_back((arm / "demo" / (std::string(name) + ".csv")).string());
+  line.insert(line.end(), {"-o", (folder.path() / "new").string()});
+  const Outcome outcome = lacuna(line);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto drafted = named_by((folder.path() / "new/scenario.yaml").string(), folder.path() / "drafted");
+  EXPECT_THAT(drafted, testing::ElementsAre("coulomb_friction at joint_2"));
+  EXPECT_EQ(drafted, named_by((arm / "demo/scenario.yaml").string(), folder.path() / "given"));
+}
+
+}  // namespace
+}  // namespace lacuna::test
