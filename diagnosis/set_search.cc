@@ -217,7 +217,9 @@ class SetSearch {
     if (!next) return false;
     std::vector<Move> sound;
     for (const Move& move : moves) {
-      if (sets_.ends_within(*next, move.effect.spec))
+      const EffectSpec& spec = move.effect.spec;
+      const bool takes = !effect_info(spec.effect).shares || sets_.is_determined(*next, spec);
+      if (takes && sets_.ends_within(*next, spec))
         sound.push_back(move);
       else
         refused_.insert(place_of(move.effect.spec));

@@ -32,6 +32,7 @@
 #include "physics/effects/sensor_delay.h"
 #include "physics/effects/sensor_offset.h"
 #include "physics/effects/sensor_scale.h"
+#include "physics/effects/shared_supply.h"
 #include "physics/effects/stiffness_hardening.h"
 #include "physics/effects/stribeck_friction.h"
 #include "physics/effects/supply_pressure_sag.h"
@@ -47,7 +48,7 @@ namespace lacuna {
 
 using Effects =
     ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
-                  LearnedCommand, ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
+                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
                   StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
                   QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
                   GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
