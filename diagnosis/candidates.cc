@@ -12,8 +12,8 @@ namespace {
 /// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay
 /// finite.
 constexpr double kWidest = 1e3;
-constexpr double kFurthest = 5.0;      ///< place of a load, in tenths of the arm's length
-constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
+constexpr double kFurthest = 5.0;         ///< place of a load, in tenths of the arm's length
+constexpr double kShortestTime = 0.5;     ///< s, longest delay searched
 constexpr double kTraceOfCommand = 0.05;  ///< of a joint's largest command: below it the joint is not commanded
 
 bool moves_under_command(const Experiment& experiment, int joint) {

@@ -37,8 +37,8 @@ struct JointView {
   int joints = 0;                ///< how many
   /// V, of all joints: their commands as they reach what they share; set for effects that are `shared`.
   const T* asked = nullptr;
-  T drive = T(0.0);              ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
-  T load = T(0.0);               ///< N m or N, that effort without the actuator's damping: what loads the joint
+  T drive = T(0.0);  ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T load = T(0.0);   ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 

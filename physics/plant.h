@@ -393,7 +393,7 @@ class Plant {
   std::vector<T> parameters_;
   std::vector<JointParts> joints_;
   std::vector<T> asked_;  ///< V, per joint; empty where nothing is shared
-  Bound base_{};  ///< what sets the base on springs; its states are the foundation's
+  Bound base_{};          ///< what sets the base on springs; its states are the foundation's
   int states_ = 0, memories_ = 0;
   T resolved_ = T(0.0);  ///< s
 };

@@ -24,16 +24,17 @@ struct SharedSupply {
     full.per_joint = true;
     ParameterInfo sharpness = cap_sharpness();  // a pump at its limit gives no more: nearly a corner
     sharpness.neutral = 8.0, sharpness.starts = {4.0};
-    EffectInfo info{"shared_supply",
-                    "Shared supply",
-                    Where::arm,
-                    Stage::flow,
-                    "u_j -> u_j (1 + x^n)^(-1/n), x = sum over joints of |u_i|/full_i",
-                    "a joint falls short when all together ask more than the pump gives, and only then",
-                    "actuator_saturation, supply_pressure_sag",
-                    "flow saturation of a pump with valves in parallel: H. E. Merritt, Hydraulic Control Systems, 1967, "
-                    "ch. 11",
-                    {full, sharpness}};
+    EffectInfo info{
+        "shared_supply",
+        "Shared supply",
+        Where::arm,
+        Stage::flow,
+        "u_j -> u_j (1 + x^n)^(-1/n), x = sum over joints of |u_i|/full_i",
+        "a joint falls short when all together ask more than the pump gives, and only then",
+        "actuator_saturation, supply_pressure_sag",
+        "flow saturation of a pump with valves in parallel: H. E. Merritt, Hydraulic Control Systems, 1967, "
+        "ch. 11",
+        {full, sharpness}};
     info.hydraulic = true;
     info.shares = true;
     return info;

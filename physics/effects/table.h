@@ -48,11 +48,11 @@ namespace lacuna {
 
 using Effects =
     ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
-                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
-                  StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
-                  QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
-                  GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
-                  BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale,
-                  LearnedEffort>;
+                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag, CoulombFriction,
+                  CoulombAsymmetry, StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction,
+                  PowerFriction, QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening,
+                  EndStop, GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature,
+                  BaseTilt, BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay,
+                  EffortScale, LearnedEffort>;
 
 }  // namespace lacuna

@@ -39,7 +39,8 @@ Drive held(const Steps& steps) {
   Drive out = constant_drive(2, seconds, kPeriod, 0.0);
   for (std::size_t k = 0; k < out.time.size(); ++k) {
     const auto step = static_cast<std::size_t>(std::max(0.0, out.time[k] / kHeld - 0.5));
-    for (const std::size_t j : {0u, 1u}) out.u[j][k] = out.time[k] < 0.5 * kHeld || step >= steps.size() ? 0.0 : steps[step][j];
+    for (const std::size_t j : {0u, 1u})
+      out.u[j][k] = out.time[k] < 0.5 * kHeld || step >= steps.size() ? 0.0 : steps[step][j];
   }
   return out;
 }
@@ -56,8 +57,7 @@ void record(Scenario& to, const std::vector<EffectSpec>& concealed, const Steps&
   const Experiment experiment = started_experiment(truth, still);
   TruthOptions options;
   options.engine = available_engines().back();
-  const auto moved =
-      simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
+  const auto moved = simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
   Noise random(seed);
   for (std::size_t c = 0; c < moved.size(); ++c) {
     auto& column = data->columns[static_cast<std::size_t>(data->find(c == 0 ? "q_shoulder" : "q_elbow"))];
@@ -67,8 +67,10 @@ void record(Scenario& to, const std::vector<EffectSpec>& concealed, const Steps&
   add_recording(to, data, role);
 }
 
-const Steps kOneAtATime{{3.0, 0.0}, {-3.0, 0.0}, {10.0, 0.0}, {-10.0, 0.0}, {0.0, 9.0}, {0.0, -9.0}, {5.0, 0.0}, {0.0, 4.0}};
-const Steps kBoth{{9.0, 8.0}, {-9.0, -8.0}, {5.0, 9.0}, {-5.0, -9.0}, {9.0, -4.0}, {-9.0, 4.0}, {2.0, 2.0}, {-2.0, -2.0}};
+const Steps kOneAtATime{{3.0, 0.0}, {-3.0, 0.0}, {10.0, 0.0}, {-10.0, 0.0},
+                        {0.0, 9.0}, {0.0, -9.0}, {5.0, 0.0},  {0.0, 4.0}};
+const Steps kBoth{{9.0, 8.0},  {-9.0, -8.0}, {5.0, 9.0}, {-5.0, -9.0},
+                  {9.0, -4.0}, {-9.0, 4.0},  {2.0, 2.0}, {-2.0, -2.0}};
 const Steps kBothOtherwise{{10.0, -7.0}, {-10.0, 7.0}, {7.0, 10.0}, {0.0, -10.0}, {-7.0, 0.0}, {2.5, 3.0}};
 const Steps kOneAtATimeOtherwise{{7.0, 0.0}, {-7.0, 0.0}, {0.0, 6.0}, {4.0, 0.0}, {-9.0, 0.0}, {0.0, -6.0}};
 
@@ -121,9 +123,9 @@ TEST(SharedSupply, OfOneValveAtATimeIsNotClaimedAndNotEvenSought) {
   const Scenario scenario = machine(concealed, false);
   const Diagnosis d = found_in(scenario);
   for (const Finding& f : d.findings) EXPECT_NE(f.place, "arm") << f.effect;
-  EXPECT_TRUE(std::any_of(d.findings.begin(), d.findings.end(),
-                          [](const Finding& f) { return says(f, "actuator_saturation"); }))
-      << "each alone is at the pump's limit all the same";
+  EXPECT_TRUE(std::any_of(d.findings.begin(), d.findings.end(), [](const Finding& f) {
+    return says(f, "actuator_saturation");
+  })) << "each alone is at the pump's limit all the same";
 }
 
 }  // namespace

@@ -29,8 +29,7 @@ Drive stepped(double slide, double swing) {
   return out;
 }
 EffectSpec pump(double sharpness = kSharp) {
-  return effect("shared_supply", "arm",
-                {{"full_slide", kSlideFull}, {"full_swing", kSwingFull}, {"n", sharpness}});
+  return effect("shared_supply", "arm", {{"full_slide", kSlideFull}, {"full_swing", kSwingFull}, {"n", sharpness}});
 }
 /// Speeds of slide and swing at the end.
 std::pair<double, double> speeds(const Drive& drive, const std::vector<EffectSpec>& effects,
@@ -85,8 +84,7 @@ TEST(SharedSupply, AsksWhatComesThroughTheOthersValve) {
 
 TEST(SharedSupply, TakesOnlyOnceTheOthersValveHasOpened) {
   const Scenario scenario = two_cylinders(stepped(3.0, 6.0));
-  const PlantModel model =
-      PlantModel(scenario).with_effects({pump(), effect("input_delay", "swing", {{"T", 0.5}})});
+  const PlantModel model = PlantModel(scenario).with_effects({pump(), effect("input_delay", "swing", {{"T", 0.5}})});
   const auto v = predict_one(model, started_experiment(scenario, kStill), on("featherstone", 0.0025)).front()[2];
   EXPECT_NEAR(v[55], 3.0 * kSlideGain, 1e-2 * v[55]) << "the swing's command is on its way";
   EXPECT_NEAR(v.back(), 3.0 * kSlideGain / 1.5, kSteady * v.back());
@@ -101,8 +99,7 @@ TEST(SharedSupply, IsAlikeOnEveryEngineAndByAnotherIntegrator) {
   TruthOptions options;
   options.engine = available_engines().back();
   options.settle = false;
-  const auto truth =
-      simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
+  const auto truth = simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
   for (const std::string& engine : available_engines()) {
     const auto got = predict_one(model, experiment, on(engine, 0.0025)).front();
     for (const std::size_t joint : {0u, 1u})
