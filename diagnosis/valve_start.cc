@@ -137,18 +137,18 @@ std::optional<ValvesWithPump> valves_with_pump(const Hypothesis& from, const Exp
   int valves = 0;
   for (std::size_t j = 0; j < experiment.joint_names.size(); ++j) {
     const std::string& joint = experiment.joint_names[j];
-    const std::optional<ValveReading> read =
-        is_a_flow(from.model, j) ? read_valve(experiment, static_cast<int>(j)) : std::nullopt;
     shares.push_back(0.0), flows.push_back(0.0);
-    if (!read || read->gain == 0.0) continue;
+    if (!is_a_flow(from.model, j)) continue;
+    const ValveReading read = read_valve(experiment, static_cast<int>(j)).value_or(ValveReading{});
+    if (read.gain == 0.0) continue;
     ++valves;
-    const double full = read->levels ? read->full : kBeyond * read->full;
-    shares.back() = 1.0 / full, flows.back() = 1.0 / std::fabs(read->gain * full);
-    set_gain(out.set.model, joint, read->gain);
+    const double full = read.levels ? read.full : kBeyond * read.full;
+    shares.back() = 1.0 / full, flows.back() = 1.0 / std::fabs(read.gain * full);
+    set_gain(out.set.model, joint, read.gain);
     if (out.set.model.model.find_effect_at("valve_deadband", joint) >= 0) continue;
-    put_in(out.set, experiment, {"valve_deadband", joint, {}, {}, "valve_deadband"}, {read->edge});
+    put_in(out.set, experiment, {"valve_deadband", joint, {}, {}, "valve_deadband"}, {read.edge});
     out.rivals.push_back({"valve_hysteresis", joint, {}, {}, "valve_hysteresis"});
-    out.rivals_own.push_back({read->edge});
+    out.rivals_own.push_back({read.edge});
   }
   if (valves < 2) return std::nullopt;
   put_in(out.set, experiment, pump, shares);

@@ -90,7 +90,9 @@ TEST(Thinned, SeesStartsAndEndsOfShortRecordingsAsOftenAsTheirMiddles) {
                   Role::train);
   const Experiment all = make_experiment(scenario);
   const Experiment some = thinned(all, all.sample_count(Role::train) / 4);
-  ASSERT_EQ(some.segments.size(), static_cast<std::size_t>(kFiles)) << "one window of each";
+  // Sines: nearly every window is a kind of its own. A quarter of 80, and one of each recording that has none among it.
+  ASSERT_GE(some.segments.size(), static_cast<std::size_t>(kFiles));
+  ASSERT_LE(some.segments.size(), static_cast<std::size_t>(kFiles) * 5 / 4);
   std::map<int, int> seen;  // [second at which it begins]
   for (const Segment& s : some.segments) ++seen[static_cast<int>(std::lround(s.time(0)))];
   EXPECT_EQ(seen.size(), all.segments.size() / kFiles);
