@@ -88,7 +88,11 @@ class NativeRun {
   }
 
  private:
-  Instant<double> instant(double since) const { return {session_ + t_, since, v_.data()}; }
+  Instant<double> instant(double since) {
+    Instant<double> now{session_ + t_, since, v_.data(), 0.0, q_.data()};
+    plant_.share(now, q_.data(), v_.data(), u_.data(), memory_.data());
+    return now;
+  }
 
   /// The last command that has arrived; before the track's start the first one holds.
   void fetch_commands(const Segment& segment) {

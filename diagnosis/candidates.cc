@@ -12,8 +12,9 @@ namespace {
 /// Search ranges of an effect's own parameters, in typical sizes: wide enough for any arm, narrow enough to stay
 /// finite.
 constexpr double kWidest = 1e3;
-constexpr double kFurthest = 5.0;      ///< place of a load, in tenths of the arm's length
-constexpr double kShortestTime = 0.5;  ///< s, longest delay searched
+constexpr double kFurthest = 5.0;         ///< place of a load, in tenths of the arm's length
+constexpr double kShortestTime = 0.5;     ///< s, longest delay searched
+constexpr double kTraceOfCommand = 0.05;  ///< of a joint's largest command: below it the joint is not commanded
 
 bool moves_under_command(const Experiment& experiment, int joint) {
   return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
@@ -55,6 +56,32 @@ bool is_hydraulic(const CurrentModel& current, int j) {
   return type >= 0 && actuator_table()[static_cast<std::size_t>(type)].hydraulic;
 }
 
+/// Whether two joints are ever commanded at once in what is fitted, each by more than a trace of its largest command:
+/// only then can one be seen to take from the other, where a single one at its limit shows a limit of its own.
+bool commanded_at_once(const Experiment& experiment) {
+  const std::size_t joints = experiment.joint_names.size();
+  std::vector<double> largest(joints, 0.0);
+  const auto train = experiment.with_role(Role::train);
+  const auto command = [&](int s, std::size_t j, std::size_t k) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    return std::fabs(segment.commands->value[j][segment.first + k]);
+  };
+  const auto each = [&](const auto& visit) {
+    for (const int s : train)
+      for (std::size_t k = 0; k < experiment.segments[static_cast<std::size_t>(s)].count; ++k) visit(s, k);
+  };
+  each([&](int s, std::size_t k) {
+    for (std::size_t j = 0; j < joints; ++j) largest[j] = std::max(largest[j], command(s, j, k));
+  });
+  std::size_t at_once = 0;
+  each([&](int s, std::size_t k) {
+    int moved = 0;
+    for (std::size_t j = 0; j < joints; ++j) moved += command(s, j, k) > kTraceOfCommand * largest[j];
+    at_once += moved > 1;
+  });
+  return at_once > 0;
+}
+
 }  // namespace
 
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
@@ -66,6 +93,7 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
     if (experiment.parts > 1) return out;
     for (int j = 0; j < current.model.dof(); ++j)
       any = any || ((!info.hydraulic || is_hydraulic(current, j)) && shows(info, experiment, j));
+    if (info.shares && any) any = commanded_at_once(experiment);
     const bool base_moves = hooks.base != nullptr;  // which a measured motion of the joints does not show
     if (any && !(base_moves && std::holds_alternative<InverseDynamics>(experiment.prediction)))
       out.push_back({info.name, "arm", {}, {}, info.name});

@@ -215,7 +215,7 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
   for (const std::size_t a : own_axes(h.model, spec)) {
     const Axis& axis = h.model.space.axes()[a];
     const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-    if (p.info->optional) continue;
+    if (p.info->optional || p.info->per_joint) continue;  // of every joint: of one that moves little it may be neutral
     if (!is_large_enough(h.model, experiment_, axis, h.model.fit.point[a])) return false;
     const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
     if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
@@ -235,14 +235,17 @@ bool Hypotheses::is_determined(const Hypothesis& h, const EffectSpec& spec) cons
   fit.values = now.space.expand(now.fit.point);
   Problem problem(now.model, experiment_, now.space, simulator_, now.weights);
   describe_fit(now.model, now.space, problem, train_, fit);
+  const bool shared = effect_info(spec.effect).shares;
+  int determined = 0;
   for (const std::size_t a : own_axes(now, spec)) {
     const Axis& axis = now.space.axes()[a];
     const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    if (shared ? !p.info->per_joint : !is_strength(*p.info)) continue;
     const auto i = static_cast<Eigen::Index>(a);
     const double error = std::sqrt(fit.identifiability.covariance(i, i));
-    if (is_strength(*p.info) && std::fabs(now.fit.point[a] - axis.at(p.neutral)) > kDetermined * error) return true;
+    determined += std::fabs(now.fit.point[a] - axis.at(p.neutral)) > kDetermined * error;
   }
-  return false;
+  return determined >= (shared ? 2 : 1);
 }
 
 }  // namespace lacuna

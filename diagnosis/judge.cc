@@ -70,6 +70,21 @@ bool too_small(const Tried& tried, const Experiment& experiment) {
   return false;
 }
 
+/// What joints are said to share, of which at most one of them takes anything that could be told from nothing.
+bool takes_from_one(const Tried& tried) {
+  if (!effect_info(tried.effect.spec.effect).shares) return false;
+  const std::vector<double> errors = standard_errors(tried.model);
+  const std::size_t plain = tried.model.space.size() - tried.effect.own.size();
+  int taking = 0;
+  for (std::size_t a = plain; a < errors.size(); ++a) {
+    const Axis& axis = tried.model.space.axes()[a];
+    const Parameter& p = tried.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const double off = std::fabs(tried.model.fit.point[a] - to_search(axis.coordinate, p.neutral));
+    taking += p.info->per_joint && off > kUndriven * errors[a];
+  }
+  return !errors.empty() && taking < 2;
+}
+
 bool is_finite(const Tried& tried) {
   return std::all_of(tried.effect.own.begin(), tried.effect.own.end(), [](double x) { return std::isfinite(x); });
 }
@@ -201,6 +216,7 @@ std::string Judge::objection(const Tried& tried) const {
   if (!is_finite(tried)) return "a parameter is not finite";
   if (at_end(tried, experiment_)) return "a parameter at the end of its range";
   if (too_small(tried, experiment_)) return "a parameter too near neutral for such an effect";
+  if (takes_from_one(tried)) return "no two joints take of what is shared";
   if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);
   if (validate_.empty()) return "no validate recording to prove it on";
   if (!held_out(tried.heldout)) {

@@ -62,6 +62,7 @@ struct EffectInfo {
   /// contact slides while another part still gives (Maxwell slip; V. Lampaert, F. Al-Bender, J. Swevers, MMAR 2003).
   bool in_parallel = false;
   bool learned = false;  ///< its law is found, not given (diagnosis/learned.h): no candidate where names are sought
+  bool shares = false;   ///< joints take from each other: sought where several are commanded at once
   bool as_one = false;   ///< its parameters are parts of one departure from neutral: stronger are all of them together
 };
 

@@ -35,8 +35,10 @@ struct JointView {
   const T* speeds = nullptr;     ///< rad/s (m/s), v of all the arm's joints
   const T* positions = nullptr;  ///< rad (m), q of all of them
   int joints = 0;                ///< how many
-  T drive = T(0.0);              ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
-  T load = T(0.0);               ///< N m or N, that effort without the actuator's damping: what loads the joint
+  /// V, of all joints: their commands as they reach what they share; set for effects that are `shared`.
+  const T* asked = nullptr;
+  T drive = T(0.0);  ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T load = T(0.0);   ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
@@ -146,6 +148,7 @@ struct Hooks {
   /// place.
   void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;
   int memories = 0;
+  bool shared = false;    ///< command looks at s.asked
   bool loaded = false;    ///< dry_friction looks at s.load
   bool directed = false;  ///< dry_friction looks at s.direction
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
@@ -184,6 +187,7 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template begin<T>; }) h.begin = &C::template begin<T>;
   if constexpr (requires { C::states; }) h.states = C::states;
   if constexpr (requires { C::memories; }) h.memories = C::memories;
+  if constexpr (requires { C::shared; }) h.shared = C::shared;
   if constexpr (requires { C::loaded; }) h.loaded = C::loaded;
   if constexpr (requires { C::directed; }) h.directed = C::directed;
   if constexpr (requires { &C::template sense<T>; }) h.sense = &C::template sense<T>;

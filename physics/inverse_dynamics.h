@@ -121,10 +121,13 @@ class InverseDynamicsRun {
       now_ = {t, T(motion_.time[k] - motion_.time[k - 1]), v_.data(), T(0.0), q_.data()};
     }
     plant_.inverse_dynamics(q_.data(), v_.data(), a_.data(), tau_.data());
+    share(now_);
     for (std::size_t j = 0; j < n_; ++j)
       plant_.effort(static_cast<int>(j), now_, q_[j], v_[j], u_[j], z_.data(), m_.data(), nullptr, m_.data());
     now_.since = T(0.0);  // the memories are of this sample by now
+    share(now_);
   }
+  void share(Instant<T>& now) { plant_.share(now, q_.data(), v_.data(), u_.data(), m_.data()); }
 
   /// From sample k - 1 to k along the straight line between both, commands held: by Kutta's steps, or those that carry
   /// what is faster by itself.
@@ -145,9 +148,11 @@ class InverseDynamicsRun {
     for (std::size_t j = 0; j < n_; ++j)
       plant_.effort(static_cast<int>(j), at, q_[j], v_[j], u_[j], z, m_.data(), out, nullptr);
   }
-  Instant<T> on_the_way(std::size_t k, double share) const {
+  Instant<T> on_the_way(std::size_t k, double part) {
     const double dt = motion_.time[k] - motion_.time[k - 1];
-    return {T(segment_.session + motion_.time[k - 1] + share * dt), T(0.0), v_.data(), T(0.0), q_.data()};
+    Instant<T> at{T(segment_.session + motion_.time[k - 1] + part * dt), T(0.0), v_.data(), T(0.0), q_.data()};
+    share(at);
+    return at;
   }
 
   void kutta_step(std::size_t k, int s, int steps) {

@@ -24,6 +24,7 @@ struct Instant {
   const T* speeds = nullptr;     ///< rad/s (m/s), v of all joints
   T step = T(0.0);               ///< s, length of that step while its efforts are asked for; 0: none is on
   const T* positions = nullptr;  ///< rad (m), q of all joints
+  const T* asked = nullptr;      ///< V, of all joints, by Plant::share()
 };
 
 template <class T, class Dyn>
@@ -53,6 +54,7 @@ class Plant {
     }
     for (const Component& c : model.effects()) {
       const Hooks<T>& hooks = Effects::hooks<T>()[static_cast<std::size_t>(c.type)];
+      if (hooks.shared) asked_.resize(n);
       if (hooks.base != nullptr) base_ = {&hooks, static_cast<std::size_t>(c.first), states_, memories_};
     }
     states_ += foundation_.states();
@@ -133,6 +135,19 @@ class Plant {
   }
   /// Efforts for the motion (q, v, a), the base still.
   void inverse_dynamics(const T* q, const T* v, const T* a, T* tau) { foundation_.inverse_dynamics(q, v, a, tau); }
+
+  /// Before efforts at `now` are asked for: what the joints' commands u (as they have arrived) ask of what all share.
+  /// `m` all memories at the start of the step. Valid until the next call.
+  void share(Instant<T>& now, const T* q, const T* v, const T* u, const T* m) {
+    if (asked_.empty()) return;
+    for (int j = 0; j < dof(); ++j) {
+      const std::size_t i = static_cast<std::size_t>(j);
+      JointView<T> s = view(joint(j), now, q[i], v[i], u[i]);
+      pass_command(j, now, m, nullptr, s, true);
+      asked_[i] = s.u;
+    }
+    now.asked = asked_.data();
+  }
 
   /// Smooth effort on joint j at `now`; `u` the command that has arrived. `z` all states, `m` all memories at the start
   /// of the step; where not null, `z_rate` takes the states' rates and `m_now` the memories of joint j at this instant.
@@ -217,6 +232,7 @@ class Plant {
     for (int j = 0; j < dof(); ++j) {
       const JointParts& parts = joint(j);
       JointView<T> s = view(parts, now, q[j], v[j], u[j]);
+      s.asked = u;  // lags, which stand before what is shared, begin here
       const T excess = z ? actuator_effort(parts, s, z, nullptr) - holding[static_cast<std::size_t>(j)] : T(0.0);
       for (const Bound& c : parts.effects) {
         s.m = m + c.memory;
@@ -318,7 +334,7 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     JointView<T> s;
     s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.positions = now.positions, s.joints = dof(),
-    s.step = now.step, s.resolved = resolved_;
+    s.asked = now.asked, s.step = now.step, s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = parameter_at(parts.roles.damping, 0.0), s.stiffness = parameter_at(parts.roles.stiffness, 0.0),
     s.rest = parameter_at(parts.roles.rest, 0.0);
@@ -334,11 +350,12 @@ class Plant {
     for (int k = 0; k < c.hooks->memories; ++k) m_now[c.memory + k] = scratch[k];
   }
 
-  /// The command through all effects that act on it.
-  void pass_command(int j, const Instant<T>& now, const T* m, T* m_now, JointView<T>& s) const {
+  /// The command through all effects that act on it, or those before what all joints share.
+  void pass_command(int j, const Instant<T>& now, const T* m, T* m_now, JointView<T>& s, bool asks = false) const {
     T scratch[kMostMemories];
     for (const Bound& c : joint(j).effects) {
       if (c.hooks->command == nullptr) continue;
+      if (asks && c.hooks->shared) return;
       recall(c, now, m, m_now, scratch, s);
       s.u = c.hooks->command(&parameters_[c.first], s);
     }
@@ -375,7 +392,8 @@ class Plant {
   Foundation<T, Dyn> foundation_;
   std::vector<T> parameters_;
   std::vector<JointParts> joints_;
-  Bound base_{};  ///< what sets the base on springs; its states are the foundation's
+  std::vector<T> asked_;  ///< V, per joint; empty where nothing is shared
+  Bound base_{};          ///< what sets the base on springs; its states are the foundation's
   int states_ = 0, memories_ = 0;
   T resolved_ = T(0.0);  ///< s
 };

@@ -250,7 +250,9 @@ void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
 
 template <class T, class Dyn>
 Instant<T> Rollout<T, Dyn>::instant(const T& since, const State& x) const {
-  return {session_ + t_ + since, since, x.data() + n_, step_, x.data()};
+  Instant<T> now{session_ + t_ + since, since, x.data() + n_, step_, x.data()};
+  plant_.share(now, x.data(), x.data() + n_, u_.data(), memory_.data());
+  return now;
 }
 
 /// Carries the memories over `since` seconds, to the present state.
@@ -261,6 +263,7 @@ void Rollout<T, Dyn>::remember(const T& since) {
   Instant<T> now = instant(T(0.0), x_);
   now.since = since;
   now.step = T(0.0);
+  plant_.share(now, x_.data(), x_.data() + n_, u_.data(), memory_.data());
   for (std::size_t j = 0; j < n_; ++j) {
     plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                   memory_.data());

@@ -166,8 +166,10 @@ class TruthRun {
     return false;
   }
 
-  Instant<T> instant(const T& since, const State& x) const {
-    return {T(segment_.session) + t_ + since, since, x.data() + n_, T(0.0), x.data()};
+  Instant<T> instant(const T& since, const State& x) {
+    Instant<T> now{T(segment_.session) + t_ + since, since, x.data() + n_, T(0.0), x.data()};
+    plant_.share(now, x.data(), x.data() + n_, u_.data(), memory_.data());
+    return now;
   }
 
   /// Commands in force now, and when the next one of them jumps within the sample interval.
@@ -256,6 +258,7 @@ class TruthRun {
     if (memory_.empty()) return;
     Instant<T> now = instant(T(0.0), x_);
     now.since = since;
+    plant_.share(now, x_.data(), x_.data() + n_, u_.data(), memory_.data());
     for (std::size_t j = 0; j < n_; ++j)
       plant_.effort(static_cast<int>(j), now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data(), nullptr,
                     memory_.data());

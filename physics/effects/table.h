@@ -32,6 +32,7 @@
 #include "physics/effects/sensor_delay.h"
 #include "physics/effects/sensor_offset.h"
 #include "physics/effects/sensor_scale.h"
+#include "physics/effects/shared_supply.h"
 #include "physics/effects/stiffness_hardening.h"
 #include "physics/effects/stribeck_friction.h"
 #include "physics/effects/supply_pressure_sag.h"
@@ -47,11 +48,11 @@ namespace lacuna {
 
 using Effects =
     ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
-                  LearnedCommand, ActuatorLag, LeverArmVariation, SupplyPressureSag, CoulombFriction, CoulombAsymmetry,
-                  StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction,
-                  QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop,
-                  GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
-                  BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale,
-                  LearnedEffort>;
+                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag, CoulombFriction,
+                  CoulombAsymmetry, StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction,
+                  PowerFriction, QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening,
+                  EndStop, GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature,
+                  BaseTilt, BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay,
+                  EffortScale, LearnedEffort>;
 
 }  // namespace lacuna

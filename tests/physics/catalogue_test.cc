@@ -103,6 +103,9 @@ const std::vector<Law>& laws() {
       {"supply_pressure_sag",
        {{"depth", 0.4}, {"flow_slide", 1.5}},
        [](const Block& b) { return b.drive(b.u * (1.0 - 0.4 * capped(std::fabs(b.v) / 1.5, 3.0))); }},
+      {"shared_supply",
+       {{"full_slide", 1.2}},
+       [](const Block& b) { return b.drive(sgn(b.u) * 1.2 * capped(std::fabs(b.u) / 1.2, 8.0)); }},
       {"load_dependent_friction",
        {{"mu", 0.2}, {"v0", 0.05}},
        [](const Block& b) {
