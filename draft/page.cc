@@ -137,6 +137,12 @@ class PageWriter {
     }
     line(direct ? "  damping: {relative_bounds: [0.05, 20]}" : "  damping: {relative_bounds: [0.25, 4]}");
     if (torque) line("  stiffness: {relative_bounds: [0.25, 4]}");
+    for (const auto& [j, seen] : facts_.positions) {
+      const double reach = 0.25 * (seen.high - seen.low), rest = actuator(j).rest;
+      if (actuator(j).model == "torque_source" && reach > 0.0)
+        line(fmt::format("  {}: {{bounds: [{}, {}]}}", yaml_scalar(joint(j).name + ".rest"), short_number(rest - reach),
+                         short_number(rest + reach)));
+    }
     line("  mass: {relative_bounds: [0.4, 2.5]}", "of every moving link; its shape is kept");
   }
 

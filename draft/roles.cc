@@ -49,9 +49,9 @@ double cut_near(const RecordingSpan& recording, double share) {
 
 /// A time with as many digits as people read, where the samples lie further apart than that.
 double rounded(const RecordingSpan& recording, double time) {
-  constexpr double kShown = 1e-3;  // s
+  constexpr double kReadable = 1e-3;  // s
   const double span = recording.time.back() - recording.time.front();
-  return span > 100.0 * kShown ? std::round(time / kShown) * kShown : time;
+  return span > 100.0 * kReadable ? std::round(time / kReadable) * kReadable : time;
 }
 
 }  // namespace

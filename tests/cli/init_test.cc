@@ -89,7 +89,22 @@ std::vector<std::string> named_by(const std::string& scenario, const fs::path& o
   return names;
 }
 
-TEST(Init, TheBundledArmIsDiagnosedAsFromTheHandWrittenFile) {
+TEST(Init, ADraftIsDiagnosedAsTheHandWrittenFile) {
+  const Arm arm({"elbow.gain=25", "elbow.damping=1.4", "elbow.coulomb_friction.Fc=4"});
+  const fs::path out = arm.folder() / "new";
+  const Outcome outcome = lacuna(init(arm, out));
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto given = named_by(arm.scenario(), arm.folder() / "given");
+  ASSERT_FALSE(given.empty());
+  // Where this transducer has its zero, .1 rad off the robot's own, only its user knows; untold it is a tilted base.
+  const std::string drafted = text_of(out / "scenario.yaml"), scale = "scale: 0.0174532925199";
+  ASSERT_THAT(drafted, HasSubstr(scale));
+  arm.files().write("new/scenario.yaml", replaced(drafted, scale, scale + ", offset: 0.1"));
+  EXPECT_EQ(named_by((out / "scenario.yaml").string(), arm.folder() / "drafted"), given);
+}
+
+/// Minutes of computing, so not in the gate: --gtest_also_run_disabled_tests --gtest_filter=Init.DISABLED_*
+TEST(Init, DISABLED_TheBundledArmIsDiagnosedAsFromTheHandWrittenFile) {
   const fs::path arm = fs::path(LACUNA_SOURCE_DIR) / "scenarios/hydrolek";
   const TemporaryFolder folder;
   std::vector<std::string> line{"init", (arm / "hydrolek.urdf").string()};
