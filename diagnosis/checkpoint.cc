@@ -192,8 +192,6 @@ void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::opti
   write();
 }
 
-bool DiagnosisCheckpoint::has_rounds() const { return !content_->json.at("rounds").empty(); }
-
 bool DiagnosisCheckpoint::restore_sets(const CurrentModel& plain, const Experiment& experiment,
                                        const SimulatorOptions& options, std::optional<SetSearchResult>& sets) const {
   if (!content_->json.contains("sets")) return false;

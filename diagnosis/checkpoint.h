@@ -33,9 +33,6 @@ class DiagnosisCheckpoint {
   void store_round(const CurrentModel& model, const std::optional<Finding>& finding,
                    const std::vector<Candidate>& candidates, const SimulatorOptions& options);
 
-  /// Whether it holds any round: the search went by rounds.
-  bool has_rounds() const;
-
   /// What the search with sets came to; nothing: that all stands as it is. `plain` is what its model is grown from.
   bool restore_sets(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& options,
                     std::optional<SetSearchResult>& sets) const;

@@ -27,47 +27,35 @@ std::size_t searched_windows(const Experiment& experiment) {
 
 bool acts_at_a_joint(const EffectSpec& spec) { return effect_info(spec.effect).where == Where::joint; }
 
-/// Goes on with sets of effects where a rest remains; whether anything was found.
-bool go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
+/// Goes on with sets of effects where a rest remains.
+void go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
                      SetSearchOptions options, DiagnosisCheckpoint& saved, Diagnosis& out) {
-  if (!leaves_a_rest(found.model, experiment, found.simulator)) return false;
+  if (!leaves_a_rest(found.model, experiment, found.simulator)) return;
   options.simulator = found.simulator;
   std::optional<SetSearchResult> sets;
   if (!saved.restore_sets(before, experiment, found.simulator, sets)) {
     sets = search_sets(before, found.model, out.findings, experiment, options);
-    if (sets || !options.valves_first) saved.store_sets(before.model, sets);
+    saved.store_sets(before.model, sets);
   }
-  if (!sets) return false;
+  if (!sets) return;
   found.model = std::move(sets->model);
   found.simulator = sets->simulator, found.step.step = found.simulator.max_step;
   evaluate_at(found.model, found.model.fit.point, experiment, found.simulator);  // as a resumed run has it
   out.findings = std::move(sets->findings);
   append(out.rounds, std::move(sets->rounds));
   append(out.notes, std::move(sets->notes));
-  return true;
 }
 
-/// Where one pump feeds several valves, dead zones and the pump's limit hide each other from a search that adds one
-/// effect a round: there the sets begin with all of them (valve_start.h), and rounds are what remains where that fails.
 MissingPhysics search_in_these(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
                                const SimulatorOptions& simulator, const RunControl& control, DiagnosisCheckpoint& saved,
                                Diagnosis& out, const Report& report) {
-  const auto sets_from = [&](double done, double width) {
-    SetSearchOptions options{simulator, control, out.seed,
-                             [&report, done, width](double d) { report("sets of effects", done + width * d); }};
-    return options;
-  };
-  MissingPhysics valves{before, simulator, out.before.step};
-  SetSearchOptions first = sets_from(0.35, 0.55);
-  first.valves_first = true;
-  const bool worth_trying = std::holds_alternative<Windows>(experiment.prediction) && !saved.has_rounds();
-  if (worth_trying && go_on_with_sets(valves, experiment, before, first, saved, out)) return valves;
   Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
   rounds.run();
   report("whether all are needed", 0.9);
   rounds.reconsider();
   MissingPhysics found{rounds.current, rounds.simulator, rounds.step};
-  go_on_with_sets(found, experiment, before, sets_from(0.7, 0.2), saved, out);
+  const auto progress = [&](double d) { report("sets of effects", 0.7 + 0.2 * d); };
+  go_on_with_sets(found, experiment, before, {simulator, control, out.seed, progress}, saved, out);
   return found;
 }
 

@@ -12,7 +12,6 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/screen.h"
-#include "diagnosis/valve_start.h"
 #include "diagnosis/where.h"
 #include "ga/sandwich.h"
 #include "scenarios/error.h"
@@ -53,7 +52,6 @@ class SetSearch {
     if (sets_.validate().empty()) return std::nullopt;  // nothing to prove anything on
     if (!sets_.fit(standing_.model, kRefitIterations)) return std::nullopt;
     const Hypothesis before = standing_;
-    if (options_.valves_first && !begin_with_valves()) return std::nullopt;
     for (int round = 0; round < kMostSetRounds; ++round) {
       progress(0.6 * round / kMostSetRounds);
       if (!improve()) break;
@@ -80,32 +78,6 @@ class SetSearch {
   static bool holds(const Hypothesis& set, const EffectSpec& member) {
     return std::any_of(set.effects.begin(), set.effects.end(),
                        [&](const EffectSpec& spec) { return place_of(spec) == place_of(member); });
-  }
-
-  /// The valves and the pump that they share, together; whether they stand. Those of them that say nothing go first.
-  bool begin_with_valves() {
-    std::optional<ValvesWithPump> start = valves_with_pump(standing_, experiment_);
-    if (!start || !sets_.fit(start->set.model, kRefitIterations)) return false;
-    Hypothesis next = std::move(start->set);
-    SetChange idle;
-    for (std::size_t k = 0; k < start->rivals.size(); ++k) {
-      const EffectSpec& spec = next.effects[next.effects.size() - start->rivals.size() + k];
-      const EffectSpec& other = start->rivals[k];
-      rivals_[place_of(spec)] = {{other.effect, other.place, 0.0, other.parameters, start->rivals_own[k], {}}};
-      const bool takes = !effect_info(spec.effect).shares || sets_.is_determined(next, spec);
-      if (!takes || !sets_.ends_within(next, spec)) idle.out.push_back(place_of(spec));
-    }
-    if (!idle.out.empty()) {
-      std::optional<Hypothesis> fewer = sets_.changed(next, idle, kSetIterations);
-      if (!fewer) return false;
-      next = std::move(*fewer);
-    }
-    const bool shared = std::any_of(next.effects.begin(), next.effects.end(),
-                                    [](const EffectSpec& spec) { return effect_info(spec.effect).shares; });
-    if (!shared || !(sets_.log_odds(next, standing_) > kWorthPutting)) return false;
-    if (sets_.heldout_difference(next, standing_).speaks_against()) return false;
-    standing_ = std::move(next);
-    return true;
   }
 
   // ---- growing ------------------------------------------------------------------------------------------------------

@@ -34,7 +34,6 @@ struct SetSearchOptions {
   std::uint64_t seed = 1;
   std::function<void(double done)> progress = {};
   std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in
-  bool valves_first = false;  ///< begin with all valves and the pump that they share (valve_start.h), or not at all
 };
 
 /// From `current`, whose effects beyond those of `plain` are those of `findings`, in order. Nothing where these stand

@@ -1,11 +1,8 @@
 // As much of an experiment as a search needs.
 //
 // What is missing is looked for by thousands of simulations, whose time grows with the recordings, while a few minutes
-// of motion tell most effects apart. So long data cut into windows are searched by some of the windows; what was found
-// is fitted to all of them (missing_physics.h). Which: a minute of one command held says little more than two seconds
-// of it do, and the two seconds in which a valve opens come once. So windows of every kind are kept alike, where a kind
-// is a recording and, for each joint, about how far its command goes either way within the window; windows in which
-// nothing is commanded are of one kind in all recordings.
+// of motion tell most effects apart. So long data cut into windows are searched by some of the windows, spread evenly
+// over every recording; what was found is fitted to all of them (missing_physics.h).
 #pragma once
 
 #include "physics/experiment.h"
@@ -13,11 +10,10 @@
 namespace lacuna {
 
 /// Values measured in train segments, all channels, that a search uses at most where windows can be left out.
-constexpr std::size_t kMostSearched = 50000;
+constexpr std::size_t kMostSearched = 100000;
 
-/// The experiment with train and validate segments left out so that the train ones hold about `most` values, and of
-/// the validate ones the same share is left; at least one of each of every recording. Of each kind as many are kept as
-/// of any other, or all there are, spread evenly over them; all of it where train segments hold no more than `most`.
+/// The experiment with the same share of every recording's train and validate segments, at least one of each, so that
+/// the train ones hold about `most` values; all of it where they hold no more.
 Experiment thinned(const Experiment& experiment, std::size_t most = kMostSearched);
 
 }  // namespace lacuna

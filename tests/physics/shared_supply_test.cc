@@ -75,7 +75,8 @@ TEST(SharedSupply, IsTheSaturationOfOneValveWhereNoOtherTakesAnything) {
 
 TEST(SharedSupply, AsksWhatComesThroughTheOthersValve) {
   const Drive drive = stepped(3.0, 6.0);
-  const EffectSpec overlap = effect("valve_deadband", "swing", {{"d", 4.5}});  // lets 1.5 V of 6 through: .19 of the pump
+  const EffectSpec overlap =
+      effect("valve_deadband", "swing", {{"d", 4.5}});  // lets 1.5 V of 6 through: .19 of the pump
   const auto [slide, swing] = speeds(drive, {overlap, pump()});
   EXPECT_NEAR(slide, 3.0 * kSlideGain, kSteady * slide);
   const EffectSpec closed = effect("valve_deadband", "swing", {{"d", 7.0}});
