@@ -217,7 +217,13 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
     const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
     if (p.info->optional || p.info->per_joint) continue;  // of every joint: of one that moves little it may be neutral
     if (!is_large_enough(h.model, experiment_, axis, h.model.fit.point[a])) return false;
-    const double x = h.model.fit.point[a], margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
+    const double x = h.model.fit.point[a];
+    double margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
+    if (p.info->scale == Scale::inertia && p.info->coordinate == Coordinate::linear) {
+      // Its prior is as wide as what the efforts could drive (prior.h), beside which any inertia is small.
+      const double size = typical_size(Scale::inertia, h.model.model, experiment_, p.joint, values);
+      margin = std::min(margin, kAtRangesEnd * size);
+    }
     if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
     if (p.info->at_least == nullptr) continue;
     const std::string base = p.name.substr(0, p.name.size() - p.key.size());
