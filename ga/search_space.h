@@ -100,8 +100,8 @@ class SearchSpace {
   Coordinates coordinates_ = Coordinates::values;
 };
 
-/// kg m^2 (kg): what the joint's efforts (train) could accelerate as fast as it moves. A motor's inertia behind its gear
-/// may be many times the link's, and comes near this.
+/// kg m^2 (kg): what the joint's efforts (train) could accelerate as fast as it moves. A motor's inertia behind its
+/// gear may be many times the link's, and comes near this.
 double driven_inertia(const PlantModel& model, const Experiment& experiment, int joint);
 
 /// Value of a typical size, in the unit of a parameter of this scale at `joint` (-1: the arm): what one `start` of an
