@@ -99,6 +99,22 @@ void attach_parameters(Diagnosis& out) {
   }
 }
 
+/// Where the dry friction of one contact stands in several findings, since part of it gives before it slides (bristles):
+/// what it is in all.
+void note_dry_friction(Diagnosis& out) {
+  std::map<std::string, std::vector<const Estimate*>> parts;
+  for (const Finding& finding : out.findings)
+    for (const Estimate& e : finding.parameters)
+      if (e.name == "Fc") parts[finding.place].push_back(&e);
+  for (const auto& [joint, sizes] : parts) {
+    if (sizes.size() < 2) continue;
+    double sum = 0.0;
+    for (const Estimate* e : sizes) sum += e->value;
+    out.notes.push_back(fmt::format("{}: in steady sliding its dry friction is {:.3g} {} in all, of {} findings", joint,
+                                    sum, sizes.front()->unit, sizes.size()));
+  }
+}
+
 /// Channels of unknown noise whose rest is anything but white: there colour alone says that something is left.
 std::vector<int> coloured_beyond_noise(const Eigen::VectorXd& rest, std::span<const ResidualBlock> blocks,
                                        const std::vector<double>& noise, const std::vector<std::string>& said,
@@ -361,6 +377,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   if (changes_the_model(out)) record_fit(current, with_events, simulator, out.after);
   out.after.step = step;
   attach_parameters(out);
+  note_dry_friction(out);
   judge_rest(out, before, named, experiment, simulator);
   note_test_rest(out, current, with_events, simulator);
   const std::vector<double> noise = noise_levels(experiment);

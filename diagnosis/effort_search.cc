@@ -52,6 +52,7 @@ class EffortSearch {
     sets_.fit(standing_.model, kRefitIterations);
     call_by_the_simplest_name();
     keep_what_predicts();
+    call_by_the_simplest_name();  // what went may have held a number off its end
     EffortSearchResult out{standing_.model, {}, {}, notes_};
     claim(out);
     out.rounds = std::move(rounds_);
