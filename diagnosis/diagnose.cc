@@ -99,8 +99,8 @@ void attach_parameters(Diagnosis& out) {
   }
 }
 
-/// Where the dry friction of one contact stands in several findings, since part of it gives before it slides (bristles):
-/// what it is in all.
+/// Where the dry friction of one contact stands in several findings, since part of it gives before it slides
+/// (bristles): what it is in all.
 void note_dry_friction(Diagnosis& out) {
   std::map<std::string, std::vector<const Estimate*>> parts;
   for (const Finding& finding : out.findings)
