@@ -80,6 +80,24 @@ void refuse_to_overwrite(const fs::path& folder, const fs::path& scenario, const
   }
 }
 
+/// The same of the recordings that are written once more with another clock; and never one of those given.
+void refuse_to_replace_scaled(const fs::path& folder, const std::vector<Placed>& placed, bool force) {
+  std::set<std::string> targets;
+  std::error_code ignored;
+  for (const Placed& one : placed) {
+    const fs::path target = folder / in_seconds(one.name);
+    if (!targets.insert(target.string()).second)
+      throw InputError(target.string(), "two recordings that would both be written there",
+                       "names that differ before the extension");
+    for (const Placed& other : placed)
+      if (fs::equivalent(target, other.source, ignored))
+        throw InputError(target.string(), "a recording that would be replaced", "another name");
+    if (!force && fs::exists(target, ignored))
+      throw InputError(target.string(), "a file that is there already",
+                       "another folder (-o DIR), or --force to replace it");
+  }
+}
+
 /// Into the folder what lies elsewhere; where the clock is not in s, everything once more with a clock that is.
 void bring_recordings(const fs::path& folder, const std::vector<Placed>& placed, const DraftRequest& request,
                       const Draft& draft) {
@@ -126,6 +144,7 @@ void run(const Session& session, const InitOptions& options) {
   for (const Placed& one : placed)
     request.recordings.push_back({one.name, load_recording(one.source, one.source.string())});
   const Draft draft = draft_scenario(request);
+  if (draft.time_scale != 1.0) refuse_to_replace_scaled(folder, placed, options.force);
   make_parent_folder(file);
   bring_recordings(folder, placed, request, draft);
   write_file_atomically(file, draft.yaml);

@@ -68,6 +68,10 @@ class Drafter {
       check_clock(recording, time);
       const ClockGuess clock = guess_clock(time, facts_.columns.time_unit);
       if (first) facts_.clock = clock;
+      if (clock.scale != facts_.clock.scale)
+        throw InputError(printable(recording.file) + ": " + printable(facts_.columns.time, 60),
+                         "a clock that looks like " + clock.unit + ", the first recording's like " + facts_.clock.unit,
+                         "one unit in all, named in the column's name (time_ms)");
       facts_.one_period = facts_.one_period && clock.even &&
                           std::fabs(clock.period - facts_.clock.period) <= kSamePeriod * facts_.clock.period;
       facts_.clock.shortest = std::min(facts_.clock.shortest, clock.shortest);

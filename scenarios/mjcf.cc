@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <set>
 
 #include "scenarios/error.h"
@@ -11,6 +12,7 @@
 #include "scenarios/mjcf_attributes.h"
 #include "scenarios/mjcf_geom.h"
 #include "scenarios/text.h"
+#include "scenarios/xml_scan.h"
 
 namespace lacuna {
 namespace {
@@ -48,7 +50,10 @@ class Reader {
     const std::string name = model != nullptr && !model->empty() ? *model : "mujoco";
     MjcfModel out;
     for (const int section : children_[0])
-      if (tag(section) == "option") out.gravity = attributes_.vector(section, "gravity", out.gravity);
+      if (tag(section) == "option") {
+        refuse_option(section);
+        out.gravity = attributes_.vector(section, "gravity", out.gravity);
+      }
     out.robot = std::make_shared<const Robot>(name, joints_, links_, source_);
     for (std::size_t j = 0; j < joints_.size(); ++j) state_drive(joints_[j].name, drives_[j], out);
     return out;
@@ -71,6 +76,24 @@ class Reader {
   std::string name_of(int element, const std::string& otherwise) const {
     const std::string* name = elements_[static_cast<std::size_t>(element)].find("name");
     return name != nullptr && !name->empty() ? *name : otherwise;
+  }
+
+  /// What would change the dynamics and is not modelled.
+  void refuse_set(int element, std::initializer_list<const char*> keys, const char* expected) const {
+    for (const char* key : keys)
+      if (const auto set = attributes_.numbers(element, key, 1, 2);
+          set && std::ranges::any_of(*set, [](double x) { return x != 0.0; }))
+        attributes_.refuse(element, key, expected);
+  }
+
+  void refuse_option(int option) const {
+    refuse_set(option, {"density", "viscosity"}, "no fluid around the robot");
+    for (const int flag : children(option)) {
+      if (tag(flag) != "flag") continue;
+      for (const char* key : {"gravity", "passive", "actuation", "frictionloss"})
+        if (attributes_.text(flag, key).value_or("enable") == "disable")
+          attributes_.refuse(flag, std::string(key) + " disabled", "enabled, as a machine has it");
+    }
   }
 
   void refuse_sections() {
@@ -107,6 +130,7 @@ class Reader {
   void read_body(int element, const Frame& parent) {
     if (links_.size() > kMostBodies)
       attributes_.refuse(element, "one body more", fmt::format("at most {}", kMostBodies));
+    refuse_set(element, {"gravcomp"}, "a body with its whole weight");
     const Eigen::Isometry3d pose = parent.pose * attributes_.pose(element);
     Frame frame{parent.carrier, pose, static_cast<int>(links_.size())};
     Link link;
@@ -140,6 +164,7 @@ class Reader {
   }
 
   void read_joint(int element, int parent, const Eigen::Isometry3d& origin) {
+    refuse_set(element, {"springdamper"}, "stiffness and damping");
     Joint joint;
     joint.name = name_of(element, fmt::format("joint_{}", joints_.size() + 1));
     const std::string type = attributes_.text(element, "type").value_or("hinge");
@@ -200,6 +225,7 @@ class Reader {
 
   Inertial read_inertial(int element) const {
     Inertial out;
+    if (!attributes_.text(element, "mass")) attributes_.refuse(element, "no mass", "mass=\"...\", kg");
     out.mass = attributes_.number(element, "mass", 0.0);
     if (!(out.mass >= 0.0)) attributes_.refuse(element, "a mass below 0", "kg");
     const Eigen::Isometry3d pose = attributes_.pose(element);
@@ -258,7 +284,11 @@ class Reader {
     const double gear = gears ? gears->front() : 1.0;
     if (gear == 0.0) attributes_.refuse(element, "a gear of 0", "a ratio");
     double gain = 1.0, bias[3] = {0.0, 0.0, 0.0};
-    if (kind == "position") gain = attributes_.number(element, "kp", 1.0), bias[1] = -gain;
+    if (kind == "position") {
+      gain = attributes_.number(element, "kp", 1.0), bias[1] = -gain;
+      bias[2] = -attributes_.number(element, "kv", 0.0);
+      refuse_set(element, {"dampratio", "timeconst"}, "kp and kv");
+    }
     if (kind == "velocity") gain = attributes_.number(element, "kv", 1.0), bias[2] = -gain;
     if (kind == "general" && !read_general(element, shown, gain, bias, drive.lag)) return;
     drive.driven = true;
@@ -338,6 +368,17 @@ bool begins_with(const std::string& xml, const std::string& tag) {
 
 }  // namespace
 
+namespace {
+
+/// An element of it, not a comment that xacro left behind.
+bool holds_xacro(const std::string& xml, const std::string& source) {
+  if (xml.find("<xacro:") == std::string::npos) return false;
+  const auto elements = scan_xml(xml, source);
+  return std::ranges::any_of(elements, [](const XmlElement& e) { return e.tag.rfind("xacro:", 0) == 0; });
+}
+
+}  // namespace
+
 MjcfModel read_mjcf_text(const std::string& xml, const std::string& source, std::vector<std::string>* notes) {
   return Reader(xml, source, notes).read();
 }
@@ -345,7 +386,7 @@ MjcfModel read_mjcf_text(const std::string& xml, const std::string& source, std:
 MjcfModel read_robot_file(const std::filesystem::path& file, std::vector<std::string>* notes) {
   const std::string name = file.string();
   const std::string xml = read_text_file(file, name, "a robot's file (URDF or MJCF)", kMaxBytes);
-  if (file.extension() == ".xacro" || xml.find("<xacro:") != std::string::npos)
+  if (file.extension() == ".xacro" || holds_xacro(xml, name))
     throw InputError(printable(name), "a xacro file",
                      "the URDF that `xacro " + printable(file.filename().string()) + " > robot.urdf` makes of it");
   if (begins_with(xml, "mujoco")) return read_mjcf_text(xml, name, notes);

@@ -4,11 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "scenarios/error.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
+namespace {
+
+/// Elements whose attributes are read. Every class holds a copy of all that it inherits, hence the bounds.
+const std::set<std::string> kWithDefaults{"joint", "geom", "motor", "general", "position", "velocity"};
+constexpr std::size_t kMostClasses = 500, kMostDefaults = 64, kLongestDefault = 200;
+
+}  // namespace
 
 MjcfAttributes::MjcfAttributes(const std::vector<XmlElement>& elements, std::string source)
     : elements_(elements), source_(std::move(source)) {
@@ -58,11 +66,20 @@ void MjcfAttributes::read_defaults(int element, const Tags& inherited, int depth
   const std::string* name = section.find("class");
   if (depth > 0 && name == nullptr) refuse(element, "a default without class", "class=\"...\"");
   const std::string key = name != nullptr ? *name : "main";
+  // Each class holds all that it inherits.
+  if (classes_.size() > kMostClasses) refuse(element, "one class more", fmt::format("at most {}", kMostClasses));
   Tags tags = inherited;
   for (int i = element + 1; i < static_cast<int>(elements_.size()); ++i) {
     const XmlElement& child = elements_[static_cast<std::size_t>(i)];
     if (child.parent != element || child.tag == "default") continue;
-    for (const auto& [attribute, value] : child.attributes) tags[child.tag][attribute] = value;
+    if (kWithDefaults.count(child.tag) == 0) continue;
+    for (const auto& [attribute, value] : child.attributes) {
+      if (value.size() > kLongestDefault)
+        refuse(i, fmt::format("a default of {} bytes", value.size()), fmt::format("at most {}", kLongestDefault));
+      tags[child.tag][attribute] = value;
+      if (tags[child.tag].size() > kMostDefaults)
+        refuse(i, "one default more", fmt::format("at most {}", kMostDefaults));
+    }
   }
   if (!classes_.emplace(depth == 0 ? "main" : key, tags).second)
     refuse(element, "the class " + quoted(key) + " twice", "it once");

@@ -1,5 +1,6 @@
 #include "scenarios/mjcf_geom.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -97,6 +98,8 @@ MjcfGeom read_mjcf_geom(const MjcfAttributes& attributes, int element) {
   if (type != "box" && type != "sphere" && type != "cylinder" && type != "capsule" && type != "ellipsoid")
     attributes.refuse(element, "a geom of type " + quoted(type),
                       "box, sphere, cylinder, capsule, ellipsoid, plane or mesh");
+  if (attributes.text(element, "shellinertia").value_or("false") == "true")
+    attributes.refuse(element, "shellinertia", "a solid");
   const Shape shape = shape_of(attributes, element);
   const double density = attributes.number(element, "density", kWater);
   const double mass = attributes.number(element, "mass", density * volume_of(shape));
@@ -105,7 +108,7 @@ MjcfGeom read_mjcf_geom(const MjcfAttributes& attributes, int element) {
   out.inertial = {mass, shape.pose.translation(), turn * (mass * unit_inertia(shape)).asDiagonal() * turn.transpose()};
   out.visual = visual_of(shape);
   if (const auto color = attributes.numbers(element, "rgba", 4, 4); color && out.visual)
-    for (std::size_t i = 0; i < 4; ++i) out.visual->rgba[i] = static_cast<float>((*color)[i]);
+    for (std::size_t i = 0; i < 4; ++i) out.visual->rgba[i] = static_cast<float>(std::clamp((*color)[i], 0.0, 1.0));
   return out;
 }
 

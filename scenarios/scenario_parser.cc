@@ -109,6 +109,9 @@ void ScenarioParser::parse_actuators(const YamlCursor& section) {
     spec.where = cursor.where();
     // What the scenario says of a joint stands before what the robot's file says.
     std::erase_if(out_.actuators, [&](const ActuatorSpec& given) { return given.joint == spec.joint; });
+    std::erase_if(out_.effects, [&](const EffectSpec& given) {  // of that actuator's command
+      return given.place == spec.joint && (given.effect == "valve_offset" || given.effect == "actuator_lag");
+    });
     spec.model = cursor.at("model").text();
     for (const auto& [key, value] : cursor.entries())
       if (key != "model") spec.parameters[key] = value.number();

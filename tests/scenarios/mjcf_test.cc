@@ -187,5 +187,61 @@ TEST(Mjcf, XacroIsRefusedWithTheCommandToRun) {
   EXPECT_THAT(input_error([&] { read_robot_file(file); }), HasSubstr("`xacro arm.urdf.xacro > robot.urdf`"));
 }
 
+TEST(Mjcf, WhatChangesTheDynamicsAndIsNotModelledIsRefused) {
+  EXPECT_THAT(refusal("<joint springdamper='.1 1'/>"), HasSubstr("springdamper"));
+  EXPECT_THAT(refusal("<joint/>", "<option density='1.2'/>"), HasSubstr("density"));
+  EXPECT_THAT(refusal("<joint/>", "<option><flag gravity='disable'/></option>"), HasSubstr("gravity disabled"));
+  EXPECT_THAT(refusal("<joint/><geom size='.1' shellinertia='true'/>"), HasSubstr("shellinertia"));
+  const auto body = [](const std::string& attributes, const std::string& inertial) {
+    return input_error([&] {
+      read_mjcf_text("<mujoco><worldbody><body " + attributes + "><joint/>" + inertial + "</body></worldbody></mujoco>",
+                     "r");
+    });
+  };
+  EXPECT_THAT(body("gravcomp='1'", "<inertial mass='1' diaginertia='1 1 1'/>"), HasSubstr("gravcomp"));
+  EXPECT_THAT(body("", "<inertial diaginertia='1 1 1'/>"), HasSubstr("no mass"));
+}
+
+TEST(Mjcf, APositionActuatorsDampingIsTaken) {
+  const MjcfModel model = read_mjcf_text(
+      "<mujoco><worldbody><body><inertial mass='1' diaginertia='1 1 1'/><joint name='j' damping='1'/></body>"
+      "</worldbody><actuator><position joint='j' kp='50' kv='4' gear='2'/></actuator></mujoco>",
+      "r");
+  EXPECT_EQ(model.actuators.at(0).parameters.at("damping"), 1.0 + 2.0 * 2.0 * 4.0);
+}
+
+TEST(Mjcf, DefaultsAreBounded) {
+  std::string many = "<mujoco><default>";
+  for (int k = 0; k < 2000; ++k) many += "<default class='a" + std::to_string(k) + "'/>";
+  EXPECT_THAT(input_error([&] { read_mjcf_text(many + "</default><worldbody/></mujoco>", "r"); }),
+              HasSubstr("one class more"));
+  const std::string large(100'000, '1');
+  EXPECT_THAT(input_error([&] {
+                read_mjcf_text("<mujoco><default><joint damping='" + large + "'/></default><worldbody/></mujoco>", "r");
+              }),
+              HasSubstr("a default of 100000 bytes"));
+}
+
+TEST(Mjcf, AScenariosActuatorDoesNotKeepTheFilesLag) {
+  const TemporaryFolder folder;
+  folder.write("lag.xml",
+               "<mujoco><worldbody><body><inertial mass='1' diaginertia='1 1 1'/><joint name='j'/></body></worldbody>"
+               "<actuator><general joint='j' dyntype='filter' dynprm='.1'/></actuator></mujoco>");
+  const std::string head = "format: lacuna-scenario/1\nname: lag\nrobot: lag.xml\n";
+  EXPECT_EQ(load_scenario(folder.write("file.yaml", head)).effects.size(), 1u);
+  EXPECT_TRUE(load_scenario(folder.write("own.yaml", head + "actuators:\n  j: {model: direct_effort, gain: 3}\n"))
+                  .effects.empty());
+}
+
+TEST(Mjcf, AnUrdfThatXacroMadeIsTaken) {
+  const TemporaryFolder folder;
+  const auto file =
+      folder.write("arm.urdf",
+                   "<robot name='r'><!-- <xacro:macro name='m'/> --><link name='a'/><link name='b'><inertial>"
+                   "<mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+                   "<joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>");
+  EXPECT_EQ(read_robot_file(file).robot->dof(), 1);
+}
+
 }  // namespace
 }  // namespace lacuna
