@@ -1,3 +1,5 @@
+#include <sstream>
+
 #include "tests/cli/program.h"
 
 namespace lacuna::test {
@@ -103,19 +105,34 @@ TEST(Init, ADraftIsDiagnosedAsTheHandWrittenFile) {
   EXPECT_EQ(named_by((out / "scenario.yaml").string(), arm.folder() / "drafted"), given);
 }
 
-/// Minutes of computing, so not in the gate: --gtest_also_run_disabled_tests --gtest_filter=Init.DISABLED_*
-TEST(Init, DISABLED_TheBundledArmIsDiagnosedAsFromTheHandWrittenFile) {
-  const fs::path arm = fs::path(LACUNA_SOURCE_DIR) / "scenarios/hydrolek";
-  const TemporaryFolder folder;
-  std::vector<std::string> line{"init", (arm / "hydrolek.urdf").string()};
-  for (const char* name : {"train_1", "train_2", "train_3", "validate_1", "test_1"})
-    line.push_back((arm / "demo" / (std::string(name) + ".csv")).string());
-  line.insert(line.end(), {"-o", (folder.path() / "new").string()});
+/// The recording with its clock in milliseconds.
+std::string in_milliseconds(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string out, line;
+  std::getline(lines, line);
+  out = "t_ms" + line.substr(line.find(',')) + "\n";
+  while (std::getline(lines, line)) {
+    const std::size_t comma = line.find(',');
+    out += std::to_string(1000.0 * std::stod(line.substr(0, comma))) + line.substr(comma) + "\n";
+  }
+  return out;
+}
+
+TEST(Init, NeverWritesAnotherClockOverWhatIsThere) {
+  const Arm arm;
+  const fs::path out = arm.folder() / "ms";
+  fs::create_directories(out);
+  arm.files().write("ms/run.csv", in_milliseconds(text_of(arm.folder() / "train.csv")));
+  const std::vector<std::string> line{"init", (arm.folder() / "arm.urdf").string(), (out / "run.csv").string(), "-o",
+                                      out.string()};
+  arm.files().write("ms/run_in_s.csv", "a measurement\n");
+  expect_refused(lacuna(line), kBadInput, "run_in_s.csv");
+  EXPECT_EQ(text_of(out / "run_in_s.csv"), "a measurement\n");
+  EXPECT_FALSE(fs::exists(out / "scenario.yaml"));
+  fs::remove(out / "run_in_s.csv");
   const Outcome outcome = lacuna(line);
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto drafted = named_by((folder.path() / "new/scenario.yaml").string(), folder.path() / "drafted");
-  EXPECT_THAT(drafted, testing::ElementsAre("coulomb_friction at joint_2"));
-  EXPECT_EQ(drafted, named_by((arm / "demo/scenario.yaml").string(), folder.path() / "given"));
+  EXPECT_THAT(text_of(out / "scenario.yaml"), HasSubstr("run_in_s.csv"));
 }
 
 }  // namespace
