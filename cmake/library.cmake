@@ -98,10 +98,10 @@ if(LACUNA_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "physics/predictor_avx.*\\.cc$|featherstone/forward_kernel_fma\\.cc$")
 set_property(TARGET lacuna PROPERTY SOURCES ${LACUNA_SOURCES}
+             $<TARGET_OBJECTS:lacuna_pages>
              ${PROJECT_SOURCE_DIR}/backends/featherstone/forward_kernel_fma.cc
              ${PROJECT_SOURCE_DIR}/physics/predictor_avx2.cc
-             ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc
-             $<TARGET_OBJECTS:lacuna_pages>)
+             ${PROJECT_SOURCE_DIR}/physics/predictor_avx512.cc)
 
 # Where results come from, told to the one file that writes it down (reports/context.h).
 find_package(Git QUIET)
