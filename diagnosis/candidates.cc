@@ -13,6 +13,7 @@ namespace {
 /// finite.
 constexpr double kWidest = 1e3;
 constexpr double kFurthest = 5.0;         ///< place of a load, in tenths of the arm's length
+constexpr double kJustBeyond = 1.05;      ///< of half the travel: furthest place of a stop
 constexpr double kShortestTime = 0.5;     ///< s, longest delay searched
 constexpr double kTraceOfCommand = 0.05;  ///< of a joint's largest command: below it the joint is not commanded
 
@@ -129,10 +130,10 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
     } else if (p.info->scale == Scale::inertia) {
       axis.upper = std::min(p.upper, kWidest * std::max(size, driven_inertia(model, experiment, p.joint)));
     } else if (p.info->scale == Scale::reach) {
-      // Within the travel: a stop beyond it is never met, and one met all the way is none.
+      // Within the travel: a stop beyond it is never met, and one met all the way is none. A hard one lies at its end.
       const double middle = typical_origin(p.info->scale, experiment, p.joint);
-      axis.lower = std::max(p.lower, middle - size);
-      axis.upper = std::min(p.upper, middle + size);
+      axis.lower = std::max(p.lower, middle - kJustBeyond * size);
+      axis.upper = std::min(p.upper, middle + kJustBeyond * size);
     } else if (p.info->scale == Scale::length) {
       const double most = p.info->optional ? kFurthest * size : size;  // what is carried may reach out further
       axis.lower = std::max(p.lower, -most);

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "physics/actuators/table.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -286,6 +287,28 @@ double inertia_beyond(const Robot& robot, int j) {
 
 }  // namespace
 
+namespace {
+
+/// N m (N), what the joint's actuator gives under its usual command. A drive that integrates its flow has no effort of
+/// its own: what its oil spring and damper bear where the usual flow is blocked at once, which is the speed times the
+/// damping and sqrt(stiffness inertia), the spring's impedance.
+double usual_effort(const PlantModel& model, const Experiment& experiment, int joint, std::span<const double> values) {
+  const auto j = static_cast<std::size_t>(joint);
+  const Component& actuator = model.actuators()[j];
+  if (actuator.type < 0) return experiment.command_rms[j];
+  const Hooks<double>& hooks = Actuators::hooks<double>()[static_cast<std::size_t>(actuator.type)];
+  const double* p = &values[static_cast<std::size_t>(actuator.first)];
+  if (hooks.strength != nullptr) return std::fabs(hooks.strength(p)) * experiment.command_rms[j];
+  const ActuatorRoles& roles = actuator_table()[static_cast<std::size_t>(actuator.type)].roles;
+  const auto role = [&](int at, double otherwise) { return at < 0 ? otherwise : std::fabs(p[at]); };
+  const double given = role(roles.gain, 1.0) * experiment.command_rms[j];
+  if (hooks.flow == nullptr) return given;
+  const double spring = role(roles.stiffness, 0.0) * inertia_beyond(model.robot(), joint);
+  return given * (role(roles.damping, 0.0) + std::sqrt(spring));
+}
+
+}  // namespace
+
 double typical_size(Scale scale, const PlantModel& model, const Experiment& experiment, int joint,
                     std::span<const double> values) {
   auto positive = [](double x) { return x > 0.0 && std::isfinite(x) ? x : 1.0; };
@@ -294,10 +317,8 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   for (int i = 0; i < model.dof(); ++i) {
     if (joint >= 0 && i != joint) continue;
     const std::size_t j = static_cast<std::size_t>(i);
-    const Component& actuator = model.actuators()[j];
-    const double gain = actuator.type < 0 ? 1.0 : std::fabs(values[static_cast<std::size_t>(actuator.first)]);
     command += experiment.command_rms[j];
-    effort += experiment.effort_rms[j] > 0.0 ? experiment.effort_rms[j] : gain * experiment.command_rms[j];
+    effort += experiment.effort_rms[j] > 0.0 ? experiment.effort_rms[j] : usual_effort(model, experiment, i, values);
     position = std::hypot(position, experiment.position_rms[j]);
     velocity = std::hypot(velocity, experiment.speed_rms[j]);
     if (scale == Scale::inertia) inertia += inertia_beyond(model.robot(), i);
@@ -305,10 +326,12 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   effort = positive(effort), position = positive(position), velocity = positive(velocity);
   switch (scale) {
     case Scale::command: return positive(command);
+    case Scale::per_command: return 1.0 / positive(command);
     case Scale::effort: return effort;
     case Scale::velocity: return velocity;
     case Scale::position: return position;
     case Scale::reach: return positive(experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);
+    case Scale::travel: return positive(2.0 * experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);
     case Scale::span: return positive(experiment.span);
     case Scale::length: return positive(0.1 * stretched_length(model.robot()));
     case Scale::mass: return model.robot().moving_mass();

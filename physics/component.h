@@ -37,6 +37,7 @@ struct JointView {
   int joints = 0;                ///< how many
   /// V, of all joints: their commands as they reach what they share; set for effects that are `shared`.
   const T* asked = nullptr;
+  T flow = T(0.0);   ///< rad/s (m/s), what the actuator takes up of its own flow
   T drive = T(0.0);  ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
   T load = T(0.0);   ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
@@ -59,21 +60,23 @@ inline double from_search(Coordinate coordinate, double x) {
 
 /// What a typical size of a parameter is measured in; the experiment supplies the value (ga/search_space.h).
 enum class Scale {
-  ratio,      ///< 1
-  command,    ///< V
-  effort,     ///< N m: gain times command
-  time,       ///< 1 s
-  span,       ///< s, length of a recording
-  mass,       ///< kg, all moving links
-  velocity,   ///< rad/s
-  position,   ///< rad, rms about the mean
-  reach,      ///< rad, half the range travelled, counted from its middle
-  stiffness,  ///< N m/rad: effort over position
-  damping,    ///< N m s/rad: effort over velocity
-  drag,       ///< N m s^2/rad^2: effort over velocity squared
-  hardening,  ///< N m/rad^3: effort over position cubed
-  length,     ///< m, a tenth of the arm's stretched length: searched no further than that
-  inertia     ///< kg m^2: of all that moves with the joint, about its axis, joints at zero
+  ratio,        ///< 1
+  command,      ///< V
+  per_command,  ///< 1/V
+  effort,       ///< N m: gain times command
+  time,         ///< 1 s
+  span,         ///< s, length of a recording
+  mass,         ///< kg, all moving links
+  velocity,     ///< rad/s
+  position,     ///< rad, rms about the mean
+  reach,        ///< rad, half the range travelled, counted from its middle
+  travel,       ///< rad, the range travelled
+  stiffness,    ///< N m/rad: effort over position
+  damping,      ///< N m s/rad: effort over velocity
+  drag,         ///< N m s^2/rad^2: effort over velocity squared
+  hardening,    ///< N m/rad^3: effort over position cubed
+  length,       ///< m, a tenth of the arm's stretched length: searched no further than that
+  inertia       ///< kg m^2: of all that moves with the joint, about its axis, joints at zero
 };
 
 struct ParameterInfo {
@@ -132,11 +135,17 @@ struct Hooks {
   /// N m or N, >= 0: dry friction's magnitude at sliding speed `speed` >= 0; at speed 0 the break-away effort, in
   /// either case in the direction of s.direction.
   T (*dry_friction)(const T* p, const T& speed, const JointView<T>& s) = nullptr;
-  T (*delay)(const T* p) = nullptr;                                   ///< s, of the command
+  T (*delay)(const T* p) = nullptr;  ///< s, of the command
+  /// rad/s (m/s), what a drive that integrates its flow still takes up of `flow` when it has brought the joint's side
+  /// of the oil to `oil` (rad, m).
+  T (*taken)(const T* p, const JointView<T>& s, const T& oil, const T& flow) = nullptr;
   void (*rate)(const T* p, const JointView<T>& s, T* out) = nullptr;  ///< derivatives of the component's states
   /// States at the start: joint at q, v under command s.u, `holding` the effort that keeps it in place.
   void (*initial)(const T* p, const JointView<T>& s, const T& holding, T* out) = nullptr;
   int states = 0;
+  /// Of an actuator whose first state is the position that its flow would give: that flow, rad/s (m/s). What is left of
+  /// it its other hooks see as s.flow.
+  T (*flow)(const T* p, const JointView<T>& s) = nullptr;
   // Of an actuator with two chambers, whose states are their pressures:
   FastPart<T> (*fast)(const T* p, const JointView<T>& s) = nullptr;
   T (*strength)(const T* p) = nullptr;  ///< N m/V (N/V), with the gain's sign: what it gives at most, over full command
@@ -185,6 +194,8 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template initial<T>; }) h.initial = &C::template initial<T>;
   if constexpr (requires { &C::template remember<T>; }) h.remember = &C::template remember<T>;
   if constexpr (requires { &C::template begin<T>; }) h.begin = &C::template begin<T>;
+  if constexpr (requires { &C::template taken<T>; }) h.taken = &C::template taken<T>;
+  if constexpr (requires { &C::template flow<T>; }) h.flow = &C::template flow<T>;
   if constexpr (requires { C::states; }) h.states = C::states;
   if constexpr (requires { C::memories; }) h.memories = C::memories;
   if constexpr (requires { C::shared; }) h.shared = C::shared;

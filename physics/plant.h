@@ -365,10 +365,19 @@ class Plant {
     T tau(0.0);
     for (const Bound& c : parts.actuator) {
       s.z = z + c.state;
+      if (c.hooks->flow != nullptr) s.flow = taken_flow(parts, c, s);
       if (c.hooks->effort != nullptr) tau = tau + c.hooks->effort(&parameters_[c.first], s);
       if (c.hooks->rate != nullptr && z_rate != nullptr) c.hooks->rate(&parameters_[c.first], s, z_rate + c.state);
     }
     return tau;
+  }
+  /// rad/s (m/s), of what `drive` would bring by itself, what the joint's effects let it take up.
+  T taken_flow(const JointParts& parts, const Bound& drive, const JointView<T>& s) const {
+    T flow = drive.hooks->flow(&parameters_[drive.first], s);
+    for (const Bound& c : parts.effects) {
+      if (c.hooks->taken != nullptr) flow = c.hooks->taken(&parameters_[c.first], s, s.z[0], flow);
+    }
+    return flow;
   }
 
   T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now,

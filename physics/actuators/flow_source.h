@@ -22,12 +22,16 @@ struct FlowSource {
             states};
   }
   template <class T>
-  static void rate(const T* p, const JointView<T>& s, T* out) {
-    out[0] = p[0] * s.u;
+  static T flow(const T* p, const JointView<T>& s) {
+    return p[0] * s.u;
+  }
+  template <class T>
+  static void rate(const T*, const JointView<T>& s, T* out) {
+    out[0] = s.flow;
   }
   template <class T>
   static T effort(const T* p, const JointView<T>& s) {
-    return p[1] * (s.z[0] - s.q) + p[2] * (p[0] * s.u - s.v);
+    return p[1] * (s.z[0] - s.q) + p[2] * (s.flow - s.v);
   }
   /// The oil spring carries the holding effort; the damper is taken to be at its steady motion (x' = v).
   template <class T>

@@ -96,6 +96,12 @@ const std::vector<Law>& laws() {
        [](const Block& b) { return b.drive(played(b.past[0], b.u, 0.4)); },
        [](Block& b, double) { b.past[0] = b.u; },
        [](Block& b, double) { b.past[0] = played(b.past[0], b.u, 0.4); }},
+      {"valve_deadband",
+       {{"d", 0.4}, {"b", 0.5}},
+       [](const Block& b) {
+         const double x = std::max(std::fabs(b.u) - 0.4, 0.0);
+         return b.drive(sgn(b.u) * (x + 0.5 * x * x));
+       }},
       {"valve_asymmetry", {{"a", 0.3}}, [](const Block& b) { return b.drive(b.u < 0.0 ? 0.7 * b.u : b.u); }},
       {"lever_arm_variation",
        {{"ratio", 0.5}, {"phase", 0.7}},
@@ -160,6 +166,11 @@ const std::vector<Law>& laws() {
       {"end_stop",
        {{"q_lim", 0.0}, {"k", -400.0}},
        [](const Block& b) { return b.drive(b.u) + 400.0 * std::max(0.0 - b.x, 0.0); }},
+      {"end_stop",
+       {{"q_lim", 0.3}, {"k", 400.0}, {"travel", 0.25}},
+       [](const Block& b) {
+         return b.drive(b.u) - 400.0 * std::max(b.x - 0.3, 0.0) + 400.0 * std::max(0.05 - b.x, 0.0);
+       }},
       {"end_stop",
        {{"q_lim", 0.2}, {"k", 400.0}, {"T", 0.05}},
        [](const Block& b) { return b.drive(b.u) - (b.x > 0.2 ? 400.0 * std::max(b.x - 0.2 + 0.05 * b.v, 0.0) : 0.0); },
