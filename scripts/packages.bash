@@ -1,4 +1,4 @@
-# Debian packages, sourced by the other scripts.
+# Debian packages, sourced by the other scripts from the top of the house.
 
 # What every build needs.
 base_packages=(
@@ -9,7 +9,7 @@ base_packages=(
 )
 # The other engines, pictures, benchmarks and runs over several machines: what `minimal` does without.
 engine_packages=(
-  libmujoco-dev libqhull-dev libsimbody-dev libode-dev
+  $(sed -n 's/^set(engine_packages \(.*\))$/\1/p' backends/*/engine.cmake)
   libosmesa6-dev libbenchmark-dev python3
   libopenmpi-dev openmpi-bin
 )
