@@ -44,7 +44,7 @@ struct OwnModel {
 };
 
 struct EngineInfo {
-  std::string name;     ///< "featherstone", "mujoco", "simbody", "ode"
+  std::string name;     ///< as its folder: "featherstone", "mujoco", ...
   std::string version;  ///< of the library, "" where it is not built
   bool available = false;
   std::string reason;  ///< why it is not available

@@ -5,12 +5,9 @@
 namespace lacuna {
 
 const std::vector<const Engine*>& engines() {
-  static const std::vector<const Engine*> all = {
-      &featherstone_engine(),
-      &mujoco_engine(),
-      &simbody_engine(),
-      &ode_engine(),
-  };
+#define LACUNA_ADDRESS(name) &name##_engine(),
+  static const std::vector<const Engine*> all = {LACUNA_ENGINES(LACUNA_ADDRESS)};
+#undef LACUNA_ADDRESS
   return all;
 }
 

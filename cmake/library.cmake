@@ -5,17 +5,9 @@ file(GLOB_RECURSE LACUNA_SOURCES CONFIGURE_DEPENDS
 
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "scenarios/generate/")
 
-# Sources that need a package carry its name in their folder; without the package the folder's stub.cc stands in.
-foreach(engine mujoco simbody ode)
-  string(TOUPPER ${engine} ENGINE)
-  if(LACUNA_WITH_${ENGINE})
-    list(FILTER LACUNA_SOURCES EXCLUDE REGEX "backends/${engine}/stub\\.cc$")
-  else()
-    file(GLOB ENGINE_SOURCES backends/${engine}/*.cc)
-    list(FILTER ENGINE_SOURCES EXCLUDE REGEX "stub\\.cc$")
-    list(REMOVE_ITEM LACUNA_SOURCES ${ENGINE_SOURCES})
-  endif()
-endforeach()
+list(JOIN LACUNA_PACKAGE_ENGINES "|" engines)
+list(FILTER LACUNA_SOURCES EXCLUDE REGEX "backends/(${engines})/")
+list(APPEND LACUNA_SOURCES ${LACUNA_ENGINE_SOURCES} ${LACUNA_MISSING_ENGINES})
 if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
   list(FILTER LACUNA_SOURCES EXCLUDE REGEX "render/stub\\.cc$")
 else()
@@ -56,17 +48,8 @@ target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
           spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PNG::PNG OpenSSL::Crypto PkgConfig::URDFDOM PkgConfig::MATIO)
-if(LACUNA_WITH_MUJOCO)
-  target_include_directories(lacuna SYSTEM PRIVATE ${MUJOCO_INCLUDE} ${QHULL_R_INCLUDE})
-  target_link_libraries(lacuna PRIVATE ${MUJOCO_LIBRARY})
-endif()
-if(LACUNA_WITH_SIMBODY)
-  target_include_directories(lacuna SYSTEM PRIVATE ${Simbody_INCLUDE_DIR})
-  target_link_libraries(lacuna PRIVATE ${Simbody_LIBRARIES})
-endif()
-if(LACUNA_WITH_ODE)
-  target_link_libraries(lacuna PRIVATE PkgConfig::ODE)
-endif()
+target_include_directories(lacuna SYSTEM PRIVATE ${LACUNA_ENGINE_INCLUDES})
+target_link_libraries(lacuna PRIVATE ${LACUNA_ENGINE_LIBRARIES})
 if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
   target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY})
 endif()
@@ -85,11 +68,11 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     # GCC 12 warns of its own intrinsics' undefined lanes.
     COMPILE_OPTIONS "-Wno-uninitialized;-Wno-maybe-uninitialized;-mavx512f;-mavx512dq;-mavx512vl;-mavx512bw;-mavx512cd;-mavx2;-mfma;-ffp-contract=fast;-mprefer-vector-width=512")
 endif()
-# Kernels stay units of their own in a unity build (they rely on what each defines before its includes), as does
-# Simbody's backend, whose headers do not bear those of the other engines.
+# Kernels stay units of their own in a unity build (they rely on what each defines before its includes), as do the
+# engines that need a package, whose headers do not bear each other.
 set(LACUNA_KERNELS physics/predictor_engine.cc physics/predictor_sse2.cc physics/predictor_avx2.cc
   physics/predictor_avx512.cc backends/featherstone/featherstone_engine.cc backends/featherstone/forward_kernel_fma.cc)
-set_source_files_properties(${LACUNA_KERNELS} backends/simbody/simbody_engine.cc PROPERTIES
+set_source_files_properties(${LACUNA_KERNELS} ${LACUNA_ENGINE_SOURCES} PROPERTIES
   SKIP_UNITY_BUILD_INCLUSION ON)
 if(LACUNA_SANITIZE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Their thousands of temporaries are poisoned and cleared at every brace otherwise, which takes some six times as long;

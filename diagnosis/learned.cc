@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "diagnosis/baseline.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/law_columns.h"

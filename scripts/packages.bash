@@ -1,4 +1,4 @@
-# Debian packages, sourced by the other scripts.
+# Debian packages, sourced by the other scripts from the top of the house.
 
 # What every build needs.
 base_packages=(
@@ -7,11 +7,12 @@ base_packages=(
   libpng-dev libspdlog-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
   libjs-dygraphs
 )
-# The other engines, pictures, benchmarks and runs over several machines: what `minimal` does without.
+# The other engines, pictures, benchmarks, runs over several machines and the Python module: what `minimal` does without.
 engine_packages=(
-  libmujoco-dev libqhull-dev libsimbody-dev libode-dev
+  $(sed -n 's/^set(engine_packages \(.*\))$/\1/p' backends/*/engine.cmake)
   libosmesa6-dev libbenchmark-dev python3
   libopenmpi-dev openmpi-bin
+  pybind11-dev python3-dev python3-numpy
 )
 # What the tests of pages in a real browser need.
 browser_packages=(chromium chromium-driver python3)

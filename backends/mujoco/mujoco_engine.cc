@@ -4,7 +4,8 @@
 // change of them rebuilds nothing and a body without rotational inertia (a point mass) is welcome too.
 //
 // MuJoCo answers a fatal error by calling exit(). Nothing here provokes one: the text is generated, so it can only be
-// refused by the compiler (reported as WorkError), and the scratch stack is sized by MuJoCo for the model it holds.
+// refused by the compiler (reported as WorkError), the scratch stack is sized by MuJoCo for the model it holds, and the
+// implicit integrator is not asked to divide by a mass matrix that is singular.
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
@@ -184,10 +185,11 @@ class MujocoDynamics final : public Dynamics {
     scatter(tau, data_->qfrc_applied);
     mju_zero(data_->qacc_warmstart, model_->nv);
     std::memset(data_->warning, 0, sizeof data_->warning);
-    mj_step(model_.get(), data_.get());
+    const bool lost = model_->opt.integrator == mjINT_IMPLICIT && !positive_definite(q);
+    if (!lost) mj_step(model_.get(), data_.get());
     gather(data_->qpos, q);
     gather(data_->qvel, v);
-    if (diverged()) {
+    if (lost || diverged()) {
       std::fill_n(q, dof(), std::numeric_limits<double>::quiet_NaN());
       std::fill_n(v, dof(), std::numeric_limits<double>::quiet_NaN());
     }
@@ -235,6 +237,14 @@ class MujocoDynamics final : public Dynamics {
   void move(const double* v) {
     scatter(v, data_->qvel);
     mj_comVel(model_.get(), data_.get());
+  }
+
+  // The implicit integrator ends the program where a joint moves no inertia; the plain factorization only warns.
+  bool positive_definite(const double* q) {
+    place(q);
+    mj_crb(model_.get(), data_.get());
+    mj_factorM(model_.get(), data_.get());
+    return data_->warning[mjWARN_INERTIA].number == 0;
   }
 
   // mj_step answers numbers that are not finite (or beyond 1e10) by going back to q = 0, and counts a warning.

@@ -22,12 +22,12 @@
 // 1,000 states each is 6e-12 of |a|. A body without inertia of its own adds least_inertia, 1e-8.
 #include <ode/ode.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <mutex>
 
+#include "backends/least_inertia.h"
 #include "backends/ode/tree_motion.h"
 #include "backends/registry.h"
 #include "scenarios/error.h"
@@ -65,15 +65,6 @@ Eigen::Vector3d from_ode(const dReal* v) { return {v[0], v[1], v[2]}; }
 
 bool usable(const double* numbers, int n) {
   return std::all_of(numbers, numbers + n, [](double x) { return std::abs(x) < largest_input; });
-}
-
-Eigen::Matrix3d with_least_inertia(const Inertial& inertial) {
-  const double about_frame = 0.5 * inertial.inertia.trace() + inertial.mass * inertial.com.squaredNorm();
-  const double least = least_inertia * (about_frame > 0 ? about_frame : inertial.mass);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertial.inertia);
-  if (principal.eigenvalues().minCoeff() >= least) return inertial.inertia;
-  const Eigen::Vector3d raised = principal.eigenvalues().cwiseMax(least);
-  return principal.eigenvectors() * raised.asDiagonal() * principal.eigenvectors().transpose();
 }
 
 // Each world steps with a threading implementation of its own: ODE's default one is shared without locks.
@@ -234,7 +225,7 @@ class OdeDynamics final : public Dynamics {
 
   // An ODE body is its centre of mass: the frame lies there, parallel to ours.
   void write_mass(std::size_t body) {
-    const Eigen::Matrix3d inertia = with_least_inertia(inertials_[body]);
+    const Eigen::Matrix3d inertia = with_least_inertia(inertials_[body], least_inertia);
     dMass mass;
     dMassSetParameters(&mass, inertials_[body].mass, 0, 0, 0, inertia(0, 0), inertia(1, 1), inertia(2, 2),
                        inertia(0, 1), inertia(0, 2), inertia(1, 2));

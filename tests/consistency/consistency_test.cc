@@ -47,7 +47,7 @@ Motion short_motion(const Scenario& scenario) {
   return motion_of(early, 5.0).first(kSeconds);
 }
 
-class Consistency : public testing::TestWithParam<std::tuple<const char*, std::string>> {
+class Consistency : public testing::TestWithParam<std::tuple<std::string, std::string>> {
  protected:
   void SetUp() override {
     const EngineInfo info = find_engine(engine()).info();
@@ -120,7 +120,7 @@ TEST_P(Consistency, EveryIntegratorRepeatsAndRestoresBitByBit) {
 }
 
 /// Own integrators, free motion of the arm and of the double pendulum: at least the order that they claim.
-class NativeOrder : public testing::TestWithParam<std::tuple<const char*, std::string>> {};
+class NativeOrder : public testing::TestWithParam<std::tuple<std::string, std::string>> {};
 
 TEST_P(NativeOrder, IsWhatTheIntegratorClaims) {
   const auto& [engine, name] = GetParam();
@@ -151,15 +151,19 @@ TEST_P(NativeOrder, IsWhatTheIntegratorClaims) {
   }
 }
 
-std::string test_name(const testing::TestParamInfo<std::tuple<const char*, std::string>>& info) {
-  return std::string(std::get<0>(info.param)) + "_" + std::get<1>(info.param);
+std::string test_name(const testing::TestParamInfo<std::tuple<std::string, std::string>>& info) {
+  return std::get<0>(info.param) + "_" + std::get<1>(info.param);
 }
-constexpr const char* kEngines[] = {"featherstone", "mujoco", "simbody", "ode"};
+std::vector<std::string> engine_names() {
+  std::vector<std::string> names;
+  for (const Engine* engine : engines()) names.push_back(engine->info().name);
+  return names;
+}
 
 INSTANTIATE_TEST_SUITE_P(Bundled, Consistency,
-                         testing::Combine(testing::ValuesIn(kEngines), testing::ValuesIn(kScenarios)), test_name);
+                         testing::Combine(testing::ValuesIn(engine_names()), testing::ValuesIn(kScenarios)), test_name);
 INSTANTIATE_TEST_SUITE_P(Bundled, NativeOrder,
-                         testing::Combine(testing::ValuesIn(kEngines),
+                         testing::Combine(testing::ValuesIn(engine_names()),
                                           testing::Values(std::string("free_swing"), std::string("double_pendulum"))),
                          test_name);
 

@@ -53,7 +53,7 @@ void closed_form(const double* q, const double* v, double* a) {
 }  // namespace
 
 int main() {
-  if (lacuna::engines().size() != 4) return std::puts("four engines expected"), 1;
+  if (lacuna::engines().size() < 2) return std::puts("several engines expected"), 1;
 
   const auto dynamics = lacuna::find_engine("featherstone").build(two_rods(), {0.0, 0.0, -kGravity});
   const double q[] = {0.4, -1.1}, v[] = {1.3, -0.7}, tau[] = {0.0, 0.0};

@@ -1,0 +1,7 @@
+set(engine_packages libmujoco-dev libqhull-dev)
+set(engine_headers "^mujoco/")
+find_path(MUJOCO_INCLUDE mujoco/mujoco.h)
+find_path(QHULL_R_INCLUDE libqhull_r.h PATH_SUFFIXES libqhull_r)
+find_library(MUJOCO_LIBRARY mujoco)
+set(engine_includes ${MUJOCO_INCLUDE} ${QHULL_R_INCLUDE})
+set(engine_libraries ${MUJOCO_LIBRARY})

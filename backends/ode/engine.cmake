@@ -1,0 +1,6 @@
+set(engine_packages libode-dev)
+set(engine_headers "^ode/")
+find_path(ODE_INCLUDE ode/ode.h)
+find_library(ODE_LIBRARY ode)
+set(engine_includes ${ODE_INCLUDE})
+set(engine_libraries ${ODE_LIBRARY})

@@ -1,0 +1,5 @@
+set(engine_packages libsimbody-dev)
+set(engine_headers "^(Simbody|SimTK[A-Za-z]*)[.]h$|^(simbody|simmath|SimTKcommon)/")
+find_package(Simbody QUIET)
+set(engine_includes ${Simbody_INCLUDE_DIR})
+set(engine_libraries ${Simbody_LIBRARIES})
