@@ -81,10 +81,12 @@ JointColumns::JointColumns(Eigen::Index size, const ChangeGroups& groups, const 
       for (const Eigen::Index i : groups[g]) b_[static_cast<std::size_t>(i)] = columns_++;
 }
 
-Eigen::MatrixXd JointColumns::joined(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const {
+Eigen::MatrixXd JointColumns::joined(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b,
+                                     const Eigen::VectorXd& common) const {
   const Eigen::Index n = a.rows();
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(columns_, columns_);
-  out.topLeftCorner(n, n) = a + Eigen::MatrixXd::Identity(n, n);
+  out.topLeftCorner(n, n) = a;
+  out.diagonal().head(n) += common;
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) out(of_b(i), of_b(j)) += b(i, j);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -103,7 +105,15 @@ Eigen::VectorXd JointColumns::joined(const Eigen::VectorXd& a, const Eigen::Vect
 }
 
 ChangedSets::ChangedSets(Quadratic a, Quadratic b, ChangeGroups groups)
-    : a_(std::move(a)), b_(std::move(b)), groups_(std::move(groups)) {
+    : ChangedSets(a, b, std::move(groups),
+                  {Eigen::VectorXd::Zero(a.linear.size()), Eigen::VectorXd::Ones(a.linear.size())}) {}
+
+ChangedSets::ChangedSets(Quadratic a, Quadratic b, ChangeGroups groups, const CommonPrior& common)
+    : a_(std::move(a)),
+      b_(std::move(b)),
+      groups_(std::move(groups)),
+      common_(common.deviation.cwiseProduct(common.deviation).cwiseInverse()),
+      from_center_(common_.cwiseProduct(common.center)) {
   const Eigen::Index n = a_.linear.size();
   const auto fits = [&](const Quadratic& q) {
     return q.linear.size() == n && q.information.rows() == n && q.information.cols() == n;
@@ -113,10 +123,10 @@ ChangedSets::ChangedSets(Quadratic a, Quadratic b, ChangeGroups groups)
 
 double ChangedSets::evidence(const ChangedSet& changed) const {
   const JointColumns columns(a_.linear.size(), groups_, changed);
-  // The prior's own determinant is 1: each change adds a unit variance to what it changes.
-  const Eigen::LLT<Eigen::MatrixXd> root(columns.joined(a_.information, b_.information));
+  // The priors' own determinant is the same for all: each change adds a unit variance to what it changes.
+  const Eigen::LLT<Eigen::MatrixXd> root(columns.joined(a_.information, b_.information, common_));
   if (root.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-  const Eigen::VectorXd half = root.matrixL().solve(columns.joined(a_.linear, b_.linear));
+  const Eigen::VectorXd half = root.matrixL().solve(columns.joined(a_.linear + from_center_, b_.linear));
   const double log_root = root.matrixLLT().diagonal().array().log().sum();
   const double k = static_cast<double>(std::count_if(changed.begin(), changed.end(), [](char c) { return c != 0; }));
   return 0.5 * half.squaredNorm() - log_root + k * std::log(kOneMoreChange) + std::log(1.0 - kOneMoreChange) -
@@ -126,9 +136,9 @@ double ChangedSets::evidence(const ChangedSet& changed) const {
 ChangePosterior ChangedSets::posterior(const ChangedSet& changed) const {
   const Eigen::Index n = a_.linear.size();
   const JointColumns columns(n, groups_, changed);
-  const Eigen::LLT<Eigen::MatrixXd> root(columns.joined(a_.information, b_.information));
+  const Eigen::LLT<Eigen::MatrixXd> root(columns.joined(a_.information, b_.information, common_));
   const Eigen::MatrixXd covariance = root.solve(Eigen::MatrixXd::Identity(columns.size(), columns.size()));
-  const Eigen::VectorXd mean = root.solve(columns.joined(a_.linear, b_.linear));
+  const Eigen::VectorXd mean = root.solve(columns.joined(a_.linear + from_center_, b_.linear));
   ChangePosterior out{mean.head(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index b = columns.of_b(i);

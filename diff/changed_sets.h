@@ -2,11 +2,15 @@
 //
 // Both sets are quadratic near their fits: -log L_s(y) = 1/2 y'H_s y - h_s'y + const, y the search coordinates counted
 // in their priors' standard deviations from the priors' centres. A subset c of groups of coordinates differs, the rest
-// is common: y_B = y_A + d_c, with y_A ~ N(0, I) and d_c ~ N(0, I): a change is as large as a number may be. Then
+// is common: y_B = y_A + d_c, with y_A ~ N(m, diag t^2) and d_c ~ N(0, I): a change is as large as a number may be.
+// Then
 //   log m(c) = 1/2 b'K^-1 b - 1/2 log|K| + log prior(c),  prior(c) = h^k (1 - h) / (N over k),  h = .3,
 // K and b being the informations and linear terms of both sets and the priors over (y_A, those of y_B that differ).
 // A coordinate that neither set determines has no part in K but its prior and says nothing for or against a change.
-// The same evidence over sets of effects: diagnosis/linearised.h.
+// m and t are 0 and 1, or where the quadratics are linearisations the present point and how far they hold: a direction
+// that no set determines (all gains, springs and masses by one factor) would else be followed to where it means
+// nothing, all numbers 0, which fits any two sets alike. The same evidence over sets of effects:
+// diagnosis/linearised.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +22,11 @@ namespace lacuna {
 struct Quadratic {
   Eigen::MatrixXd information;
   Eigen::VectorXd linear;
+};
+
+/// Of the common numbers: centre and standard deviation of each.
+struct CommonPrior {
+  Eigen::VectorXd center, deviation;
 };
 
 /// Groups of coordinates that change together (a plain number alone, all numbers of an effect), and which do.
@@ -32,8 +41,8 @@ class JointColumns {
   Eigen::Index of_b(Eigen::Index i) const { return b_[static_cast<std::size_t>(i)]; }
   bool apart(Eigen::Index i) const { return of_b(i) != i; }
 
-  /// Information of both sets and the priors.
-  Eigen::MatrixXd joined(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
+  /// Information of both sets, and of priors that have that of `common` (a diagonal) for the common numbers.
+  Eigen::MatrixXd joined(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, const Eigen::VectorXd& common) const;
   Eigen::VectorXd joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
 
  private:
@@ -52,6 +61,7 @@ class ChangedSets {
  public:
   /// Every coordinate in at most one group. Throws std::invalid_argument for sizes that do not agree.
   ChangedSets(Quadratic a, Quadratic b, ChangeGroups groups);
+  ChangedSets(Quadratic a, Quadratic b, ChangeGroups groups, const CommonPrior& common);
 
   std::size_t groups() const { return groups_.size(); }
   ChangedSet none() const { return ChangedSet(groups_.size(), 0); }
@@ -62,6 +72,7 @@ class ChangedSets {
  private:
   Quadratic a_, b_;
   ChangeGroups groups_;
+  Eigen::VectorXd common_, from_center_;  ///< of the common numbers' priors: information, and that times the centre
 };
 
 /// A subset that lives, with its share of exp(evidence).

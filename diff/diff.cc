@@ -19,6 +19,8 @@ constexpr int kRounds = 3;      ///< linearised anew about the best set's own fi
 constexpr int kLoadStarts = 3;  ///< places from which a load in one set is fitted
 constexpr int kLoadIterations = 8;
 constexpr double kOfRestToSay = 0.1;  ///< share of the held-out rest that makes two sets differ beyond the changes
+constexpr double kHoldsWithin = 0.1;  ///< of a number's size: as far as the linearised motions hold
+constexpr double kLeastHold = 1e-3;   ///< of its prior
 constexpr double kErrors95 = 1.96;    ///< standard errors
 constexpr const char* kLoadEffect = "payload";
 
@@ -78,8 +80,17 @@ struct Searched {
   std::vector<std::vector<std::size_t>> members;  ///< [group]
 };
 
+/// About a fit, where the common numbers stay as near as the linearisation holds.
 ChangedSets about(const Structure& s, const ChangeGroups& groups, const JointFit& fit) {
-  return {information_at(s.a, fit.a), information_at(s.b, fit.b), groups};
+  CommonPrior common{in_priors(s.a, fit.a), Eigen::VectorXd::Ones(static_cast<Eigen::Index>(fit.a.size()))};
+  for (std::size_t i = 0; i < fit.a.size(); ++i) {
+    const Axis& axis = s.a.axes()[i];
+    // A logarithm's own unit is its size.
+    const double size =
+        axis.coordinate == Coordinate::logarithm ? 1.0 : coordinate_size(fit.a[i], axis.lower, axis.upper);
+    common.deviation(static_cast<Eigen::Index>(i)) = std::clamp(kHoldsWithin * size / axis.prior, kLeastHold, 1.0);
+  }
+  return {information_at(s.a, fit.a), information_at(s.b, fit.b), groups, common};
 }
 
 Searched search(const Structure& s, const ChangeGroups& groups, const std::optional<JointFit>& loaded,
@@ -307,7 +318,10 @@ Diff compare_sets(const Scenario& a, const Diagnosis& found_a, const Scenario& b
   report("verifying", 0.7);
   const std::vector<Claim> claims = claims_of(s, groups, found.of_class, found.best, control.stop);
   const ChangedSets sets = about(s, groups, found.best.fit);
-  const ChangePosterior posterior = sets.posterior(found.best.changed);
+  // Intervals are those of the priors, not of how far anything was linearised.
+  const ChangePosterior posterior =
+      ChangedSets(information_at(s.a, found.best.fit.a), information_at(s.b, found.best.fit.b), groups)
+          .posterior(found.best.changed);
   const InUnits units(s, found.best.fit, posterior);
   for (const Claim& claim : claims) {
     if (claim.refused.empty())

@@ -60,10 +60,11 @@ class Descent {
   /// Whether another step was found that is worth going on from.
   bool step() {
     const auto n = static_cast<Eigen::Index>(now_.a.size());
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(n);
     const Quadratic sa = a_->slopes(), sb = b_->slopes();
-    const Eigen::MatrixXd K = columns_.joined(sa.information, sb.information);
+    const Eigen::MatrixXd K = columns_.joined(sa.information, sb.information, ones);
     // The prior's slope: its matrix times the present point.
-    const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(n, n), P = columns_.joined(nothing, nothing);
+    const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(n, n), P = columns_.joined(nothing, nothing, ones);
     const Eigen::VectorXd down = columns_.joined(sa.linear, sb.linear) - P * stacked(now_);
     for (; damping_ < kMostJointDamping; damping_ *= 10.0) {
       JointFit next = moved(bounded_step(K, down));
