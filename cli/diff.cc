@@ -76,8 +76,8 @@ std::string summary(const Scenario& scenario, const Diff& diff) {
     std::vector<std::string> others(c.members.begin() + 1, c.members.end());
     others.insert(others.end(), c.look_alikes.begin(), c.look_alikes.end());
     for (const ChangedNumber& n : c.numbers)
-      changes.add({c.effect.empty() ? n.key : c.effect, c.place, n.key, with_interval(n.a), with_interval(n.b),
-                   with_interval(n.difference), probability(c.class_probability), list_of(others)});
+      changes.add({c.effect.empty() ? n.key : c.effect, c.place, n.key, number_words(n.a), number_words(n.b),
+                   number_words(n.difference), probability(c.class_probability), list_of(others)});
   }
   if (!changes.empty()) out += changes.str() + "\n";
   for (const RefusedChange& r : diff.refused)

@@ -1,5 +1,5 @@
 # One library, one folder a room. A room may include only rooms below it (checked by the `architecture` test):
-# reports -> render, study, diff -> diagnosis, compare -> ga -> physics -> backends -> scenarios.
+# reports, render, study, diagnosis, compare -> ga -> physics -> backends -> scenarios; diff between reports and diagnosis.
 file(GLOB_RECURSE LACUNA_SOURCES CONFIGURE_DEPENDS
   scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc draft/*.cc study/*.cc diagnosis/*.cc diff/*.cc compare/*.cc reports/*.cc render/*.cc)
 

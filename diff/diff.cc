@@ -197,6 +197,23 @@ void carry_to_difference(const Side& side, ChangedNumber& n) {
   n.difference.lower95 = n.difference.value - half, n.difference.upper95 = n.difference.value + half;
 }
 
+/// Whether the group acts nowhere on a side: its strength is pinned there.
+bool is_absent(const Side& side, const Changeable& c) {
+  return std::ranges::any_of(side.pins,
+                             [&](const auto& pin) { return std::ranges::find(c.axes, pin.first) != c.axes.end(); });
+}
+
+/// Where an effect does not act its strength is neutral, and there is nothing to say of its shape.
+void leave_out_absent(const Structure& s, const Changeable& c, std::size_t axis, ChangedNumber& n) {
+  const auto say = [&](const Side& side, Estimate& there) {
+    const bool pinned = std::ranges::any_of(side.pins, [&](const auto& pin) { return pin.first == axis; });
+    if (!pinned) there.value = n.difference.value = n.difference.lower95 = n.difference.upper95 = std::nan("");
+    there.lower95 = there.upper95 = there.value;
+  };
+  if (is_absent(s.a, c)) say(s.a, n.a);
+  if (is_absent(s.b, c)) say(s.b, n.b);
+}
+
 MachineChange describe(const Structure& s, const Claim& claim, const Searched& found, const InUnits& units) {
   const Changeable& c = s.changeables[claim.group];
   MachineChange out;
@@ -211,24 +228,17 @@ MachineChange describe(const Structure& s, const Claim& claim, const Searched& f
     n.key = s.a.model.model.parameters()[static_cast<std::size_t>(s.a.axes()[i].parameter)].key;
     n.a = units.of_a(i), n.b = units.of_b(i), n.difference = units.difference(i);
     carry_to_difference(s.b, n);
+    leave_out_absent(s, c, i, n);
     out.numbers.push_back(std::move(n));
   }
   return out;
-}
-
-bool is_pinned(const Structure& s, const Changeable& c) {
-  const auto pinned = [&](const Side& side) {
-    return std::ranges::any_of(side.pins,
-                               [&](const auto& pin) { return std::ranges::find(c.axes, pin.first) != c.axes.end(); });
-  };
-  return pinned(s.a) || pinned(s.b);
 }
 
 std::vector<SharedNumber> shared_numbers(const Structure& s, const Searched& found, const InUnits& units) {
   std::vector<SharedNumber> out;
   for (std::size_t g = 0; g < s.changeables.size(); ++g) {
     // What acts in one set alone has nothing in common to show.
-    if (found.best.changed[g] != 0 || is_pinned(s, s.changeables[g])) continue;
+    if (found.best.changed[g] != 0 || is_absent(s.a, s.changeables[g]) || is_absent(s.b, s.changeables[g])) continue;
     for (const std::size_t i : s.changeables[g].axes) {
       std::vector<Estimate> pooled{units.of_a(i)};
       carry_scale_error(s.a.model.model, s.a.model.space, s.a.experiment, pooled);

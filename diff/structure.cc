@@ -16,6 +16,7 @@ namespace lacuna {
 namespace {
 
 constexpr int kSideIterations = 25;
+constexpr double kOfShapeRange = 0.25;          ///< standard deviation
 constexpr const char* kNoRecording = "(none)";  ///< acts nowhere: no file is called so
 
 const Finding* finding_of(const Diagnosis& d, const EffectSpec& spec) {
@@ -193,6 +194,16 @@ void fit_side(Side& side, const std::vector<std::vector<double>>& starts, const 
   side.model = std::move(*best);
 }
 
+/// Of an effect that nobody has fitted yet, how it is shaped (the place of a load) is known by its range only.
+void widen_shapes(Side& side, std::size_t first) {
+  std::vector<Axis> axes = side.axes();
+  for (std::size_t a = first; a < axes.size(); ++a) {
+    const Parameter& p = side.model.model.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+    if (!is_strength(*p.info)) axes[a].prior = std::max(axes[a].prior, kOfShapeRange * (axes[a].upper - axes[a].lower));
+  }
+  side.model.space.replace(std::move(axes));
+}
+
 /// Both sides' axes made one: bounds of either, so that no number of the other's diagnosis falls outside.
 void share_axes(Side& a, Side& b, const Experiment& sizes, const std::vector<double>& point) {
   std::vector<Axis> axes = a.axes();
@@ -292,6 +303,7 @@ std::size_t add_in_one(Structure& s, const EffectSpec& spec, bool in_b) {
   point_a.insert(point_a.end(), own.begin(), own.end());
   point_b.insert(point_b.end(), own.begin(), own.end());
   share_axes(s.a, s.b, sizes, point_a);
+  widen_shapes(s.a, first), s.b.model.space.replace(s.a.axes());
   s.a.model.fit.point = std::move(point_a), s.b.model.fit.point = std::move(point_b);
   pin_at_neutral(in_b ? s.a : s.b, first);
   Changeable changeable{spec.place + "." + spec.effect, spec.effect, spec.place, "", {}, {}, {}};

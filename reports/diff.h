@@ -21,6 +21,8 @@ void write_diff_report(const std::filesystem::path& folder, const Scenario& scen
 
 /// What was found, in one plain sentence.
 std::string diff_sentence(const Diff& diff);
+/// With its interval; the value alone where it is exact (an effect that acts nowhere), nothing where there is none.
+std::string number_words(const Estimate& estimate);
 /// "Coulomb friction at joint_2", "the gain of joint_2", "the mass of link_3".
 std::string change_words(const MachineChange& change);
 

@@ -21,7 +21,7 @@ const char* tone_of_diff(DiffVerdict verdict) {
 }
 
 std::string from_to(const ChangedNumber& n) {
-  return fmt::format("{} from {} to {}", n.key, with_interval(n.a), with_interval(n.b));
+  return fmt::format("{} from {} to {}", n.key, number_words(n.a), number_words(n.b));
 }
 
 Html changes_section(const Diff& diff) {
@@ -41,8 +41,8 @@ Html changes_section(const Diff& diff) {
       table.row({text(k > 0              ? ""
                       : c.effect.empty() ? n.key
                                          : effect_title(c.effect)),
-                 element("code", text(k > 0 ? "" : c.place)), text(n.key), text(with_interval(n.a)),
-                 text(with_interval(n.b)), text(with_interval(n.difference)),
+                 element("code", text(k > 0 ? "" : c.place)), text(n.key), text(number_words(n.a)),
+                 text(number_words(n.b)), text(number_words(n.difference)),
                  text(k > 0 ? "" : probability(c.class_probability)), text(k > 0 ? "" : list_of(others))},
                 k == 0);
     }
@@ -65,12 +65,13 @@ Html values_section(const Diff& diff) {
   Html out;
   for (const MachineChange& c : diff.changes) {
     for (const ChangedNumber& n : c.numbers) {
+      if (std::isnan(n.difference.value)) continue;  // of one set only
       BarChart chart;
       chart.title = c.place + ": " + n.key;
       chart.description = "The number in set A and in set B, with 95 % intervals.";
       chart.x_label = n.b.unit;
-      chart.bars = {{"A: " + diff.a.name, n.a.value, half_of(n.a), value_of(n.a), false},
-                    {"B: " + diff.b.name, n.b.value, half_of(n.b), value_of(n.b), true}};
+      chart.bars = {{"A: " + diff.a.name, n.a.value, half_of(n.a), number_words(n.a), false},
+                    {"B: " + diff.b.name, n.b.value, half_of(n.b), number_words(n.b), true}};
       out += element("figure", element("h3", text(c.name + " \u00b7 " + n.key)) + to_svg(chart));
     }
   }
@@ -125,6 +126,11 @@ Html method_words() {
 }
 
 }  // namespace
+
+std::string number_words(const Estimate& e) {
+  if (std::isnan(e.value)) return "";
+  return e.lower95 == e.upper95 ? quantity(e.value, e.unit) : with_interval(e);
+}
 
 std::string change_words(const MachineChange& c) {
   if (!c.effect.empty()) return effect_title(c.effect) + " at " + place_words(c.effect, c.place);
