@@ -21,6 +21,7 @@ constexpr int kLoadIterations = 8;
 constexpr double kOfRestToSay = 0.1;  ///< share of the held-out rest that makes two sets differ beyond the changes
 constexpr double kHoldsWithin = 0.1;  ///< of a number's size: as far as the linearised motions hold
 constexpr double kLeastHold = 1e-3;   ///< of its prior
+constexpr double kMoreRest = 1.3;     ///< times the other set's, both over their noise
 constexpr double kErrors95 = 1.96;    ///< standard errors
 constexpr const char* kLoadEffect = "payload";
 
@@ -277,14 +278,37 @@ bool differs_beyond(const HeldoutGainOf& own) {
   return own.known && own.speaks_for() && own.gain > kWorthLearning && own.share > kOfRestToSay;
 }
 
+/// Joints where one set's diagnosis leaves more than the noise, and the other's nothing, or little beside it.
+std::vector<std::string> rest_of_one(const DiffSet& one, const DiffSet& other) {
+  const auto over_noise = [](const DiffSet& set, const std::string& joint) {
+    for (const Unexplained::AtJoint& at : set.unexplained.per_joint)
+      if (at.joint == joint && std::isfinite(at.over_noise)) return at.over_noise;
+    return 1.0;
+  };
+  std::vector<std::string> out;
+  for (const std::string& joint : one.unexplained.where) {
+    const auto& where = other.unexplained.where;
+    const bool both = std::ranges::find(where, joint) != where.end();
+    if (!both && over_noise(one, joint) > kMoreRest * over_noise(other, joint)) out.push_back(joint);
+  }
+  return out;
+}
+
 void judge(Diff& out, const HeldoutGainOf& own) {
-  const bool beyond = differs_beyond(own);
+  out.rest_in_a = rest_of_one(out.a, out.b), out.rest_in_b = rest_of_one(out.b, out.a);
+  for (const auto& [set, joints] : {std::pair(&out.a, &out.rest_in_a), std::pair(&out.b, &out.rest_in_b)})
+    for (const std::string& joint : *joints)
+      out.notes.push_back(fmt::format(
+          "{}: what is left of {} alone is more than noise: something acts there that has no name in the catalogue and "
+          "that the other set has not, or does not show",
+          joint, set->name));
+  const bool beyond = differs_beyond(own) || !out.rest_in_a.empty() || !out.rest_in_b.empty();
   out.verdict = !out.changes.empty() ? DiffVerdict::changed : beyond ? DiffVerdict::unknown_change : DiffVerdict::same;
-  if (beyond && !out.changes.empty())
-    out.notes.push_back(fmt::format(
-        "beside what is named the sets differ in something else: each set's own model predicts recordings that were "
-        "not fitted better still, by {:.3g} +- {:.2g} in log-likelihood",
-        own.gain, own.error));
+  if (differs_beyond(own))
+    out.notes.push_back(
+        fmt::format("the sets differ in more than is named: each set's own model predicts recordings that were "
+                    "not fitted better still, by {:.3g} +- {:.2g} in log-likelihood",
+                    own.gain, own.error));
   std::vector<std::string> rest;
   for (const DiffSet* set : {&out.a, &out.b})
     for (const std::string& joint : set->unexplained.where)

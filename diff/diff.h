@@ -16,7 +16,7 @@ namespace lacuna {
 enum class DiffVerdict {
   same,           ///< nothing changed that these recordings show
   changed,        ///< each change is named
-  unknown_change  ///< the sets differ, and no change of the model's numbers says how
+  unknown_change  ///< the sets differ, or one alone leaves a rest, and no change of the model's numbers says how
 };
 const char* to_string(DiffVerdict verdict);
 
@@ -87,6 +87,7 @@ struct Diff {
   double no_change = 0.0;  ///< probability that nothing changed
   double evidence = 0.0;   ///< log evidence of the claimed changes over none
   HeldoutGainOver changed_over_same, own_over_joint;
+  std::vector<std::string> rest_in_a, rest_in_b;  ///< joints where that set alone leaves more than its noise
   std::vector<std::string> notes;
   double seconds = 0.0;
 };

@@ -90,6 +90,7 @@ std::string to_json(const Diff& diff, const Context& context) {
                     {"heldout",
                      {{"changed_over_same", record_of(diff.changed_over_same)},
                       {"own_over_shared_and_changed", record_of(diff.own_over_joint)}}},
+                    {"rest_in_one", {{"a", diff.rest_in_a}, {"b", diff.rest_in_b}}},
                     {"a", record_of(diff.a)},
                     {"b", record_of(diff.b)},
                     {"notes", diff.notes},

@@ -132,6 +132,17 @@ std::string number_words(const Estimate& e) {
   return e.lower95 == e.upper95 ? quantity(e.value, e.unit) : with_interval(e);
 }
 
+namespace {
+
+std::vector<std::string> joined_rests(const Diff& diff) {
+  std::vector<std::string> out;
+  for (const std::string& joint : diff.rest_in_a) out.push_back(joint + " (A)");
+  for (const std::string& joint : diff.rest_in_b) out.push_back(joint + " (B)");
+  return out;
+}
+
+}  // namespace
+
 std::string change_words(const MachineChange& c) {
   if (!c.effect.empty()) return effect_title(c.effect) + " at " + place_words(c.effect, c.place);
   return fmt::format("the {} of {}", c.numbers.front().key, c.place);
@@ -142,10 +153,10 @@ std::string diff_sentence(const Diff& diff) {
     return fmt::format("Nothing changed between {} and {} that these recordings show (probability {}).", diff.a.name,
                        diff.b.name, probability(diff.no_change));
   if (diff.verdict == DiffVerdict::unknown_change)
-    return fmt::format(
-        "{} and {} differ, but no change of the model's numbers says how: each set's own model predicts recordings "
-        "that were not fitted better than a common one.",
-        diff.a.name, diff.b.name);
+    return fmt::format("{} and {} differ, but no change of the model's numbers says how{}.", diff.a.name, diff.b.name,
+                       diff.rest_in_a.empty() && diff.rest_in_b.empty()
+                           ? ": each set's own model predicts recordings that were not fitted better than a common one"
+                           : "; what is left is more than noise in one set alone, at " + list_of(joined_rests(diff)));
   std::string out;
   for (const MachineChange& c : diff.changes) {
     std::string words = change_words(c);

@@ -63,6 +63,27 @@ TEST(DiffCommand, RefusesWhatCannotBeComparedInOneLine) {
   expect_refused(lacuna({"diff", arm.scenario()}), kBadInput, "B");
 }
 
+TEST(DiffCommand, FindsTheLoadThatARealArmCarries) {
+  // A UR10e's motion without and with 2.805 kg at the flange; its links' masses are free, and each set is one
+  // recording.
+  const auto data = shared_data();
+  const fs::path folder = data ? *data / "recordings" / "ur10e" : fs::path();
+  if (!data || !fs::exists(folder / "l14.csv")) GTEST_SKIP() << "no shared recordings of the UR10e";
+  const TemporaryFolder out;
+  const auto record =
+      json_of(lacuna({"diff", (folder / "u14.csv").string(), (folder / "l14.csv").string(), "--scenario",
+                      (folder / "scenario.yaml").string(), "-o", out.path().string(), "--json"}));
+  ASSERT_EQ(record.at("changes").size(), 1u) << record.at("changes");
+  const auto& load = record.at("changes")[0];
+  EXPECT_EQ(load.at("name"), "arm.payload");
+  EXPECT_GT(load.at("probability"), 0.9);
+  EXPECT_LE(load.at("b").at("ci95")[0], 2.805);
+  EXPECT_GE(load.at("b").at("ci95")[1], 2.805);
+  const auto& test = record.at("b").at("fit").at("test");
+  for (const auto& [joint, rms] : test.at("shared_and_changed").items())
+    EXPECT_LT(rms, test.at("model_a").at(joint)) << joint;
+}
+
 TEST(DiffCommand, ResumesToTheSameNumbers) {
   const Arm before({"elbow.gain=25", "elbow.damping=1.4", "elbow.coulomb_friction.Fc=4"}),
       after({"elbow.gain=25", "elbow.damping=1.4", "elbow.coulomb_friction.Fc=5"});
