@@ -71,13 +71,13 @@ Diff compared(Session& session, const DiffFlags& flags, const Scenario& a, const
 
 std::string summary(const Scenario& scenario, const Diff& diff) {
   std::string out = wrapped(diff_sentence(diff), 110, 0) + "\n\n";
-  TextTable changes({"what", "where", "number", ">A", ">B", ">difference", ">probability", "may as well be"});
+  TextTable changes({"what", "where", ">probability", "number", ">A", ">B", ">difference", "may as well be"});
   for (const MachineChange& c : diff.changes) {
     std::vector<std::string> others(c.members.begin() + 1, c.members.end());
     others.insert(others.end(), c.look_alikes.begin(), c.look_alikes.end());
     for (const ChangedNumber& n : c.numbers)
-      changes.add({c.effect.empty() ? n.key : c.effect, c.place, n.key, number_words(n.a), number_words(n.b),
-                   number_words(n.difference), probability(c.class_probability), list_of(others)});
+      changes.add({c.effect.empty() ? n.key : c.effect, c.place, probability(c.class_probability), n.key,
+                   number_words(n.a), number_words(n.b), number_words(n.difference), list_of(others)});
   }
   if (!changes.empty()) out += changes.str() + "\n";
   for (const RefusedChange& r : diff.refused)

@@ -27,24 +27,23 @@ std::string from_to(const ChangedNumber& n) {
 Html changes_section(const Diff& diff) {
   Table table({{"what"},
                {"where"},
+               {"probability", true},
                {"number"},
                {"A", true},
                {"B", true},
                {"difference", true},
-               {"probability", true},
                {"may as well be"}});
   for (const MachineChange& c : diff.changes) {
     std::vector<std::string> others(c.members.begin() + 1, c.members.end());
     others.insert(others.end(), c.look_alikes.begin(), c.look_alikes.end());
     for (std::size_t k = 0; k < c.numbers.size(); ++k) {
       const ChangedNumber& n = c.numbers[k];
-      table.row({text(k > 0              ? ""
-                      : c.effect.empty() ? n.key
-                                         : effect_title(c.effect)),
-                 element("code", text(k > 0 ? "" : c.place)), text(n.key), text(number_words(n.a)),
-                 text(number_words(n.b)), text(number_words(n.difference)),
-                 text(k > 0 ? "" : probability(c.class_probability)), text(k > 0 ? "" : list_of(others))},
-                k == 0);
+      const bool first = k == 0;
+      const std::string what = c.effect.empty() ? n.key : effect_title(c.effect);
+      table.row({text(first ? what : ""), element("code", text(first ? c.place : "")),
+                 text(first ? probability(c.class_probability) : ""), text(n.key), text(number_words(n.a)),
+                 text(number_words(n.b)), text(number_words(n.difference)), text(first ? list_of(others) : "")},
+                first);
     }
   }
   if (table.empty()) return {};
