@@ -229,10 +229,9 @@ std::vector<CommonEffect> common_effects(const Diagnosis& a, const Diagnosis& b,
       const auto weight = [&](const CommonEffect& e) { return probability_in(a, e) + probability_in(b, e); };
       const std::size_t goes = weight(out[j]) > weight(out[i]) ? i : j, stays = i + j - goes;
       out[stays].look_alikes.push_back(out[goes].spec.effect);
-      notes.push_back(
-          fmt::format("{}: {} stands for {}, too, which one set alone was said to need: one and the same "
-                      "cannot be told from the other there",
-                      out[stays].spec.place, out[stays].spec.effect, out[goes].spec.effect));
+      notes.push_back(fmt::format(
+          "{}: one set was said to need {}, the other {}; they are hardly told apart, and the first stands for both",
+          out[stays].spec.place, out[stays].spec.effect, out[goes].spec.effect));
       out.erase(out.begin() + static_cast<std::ptrdiff_t>(goes));
       i = static_cast<std::size_t>(-1);  // looked at anew
       break;
