@@ -21,7 +21,7 @@ namespace lacuna {
 
 // The subcommands, one file each, in the order of the help.
 AddCommand add_init, add_engines, add_effects, add_simulate, add_compare, add_identify, add_study, add_excite,
-    add_diagnose, add_conceal, add_blind, add_render, add_export;
+    add_diagnose, add_diff, add_conceal, add_blind, add_render, add_export;
 
 namespace {
 
@@ -35,6 +35,7 @@ constexpr AddCommand* kCommands[] = {
     add_study,     //
     add_excite,    //
     add_diagnose,  //
+    add_diff,      //
     add_conceal,   //
     add_blind,     //
     add_render,    //

@@ -1,7 +1,7 @@
 # One library, one folder a room. A room may include only rooms below it (checked by the `architecture` test):
-# reports, render, study, diagnosis, compare -> ga -> physics -> backends -> scenarios.
+# reports, render, study, diagnosis, compare -> ga -> physics -> backends -> scenarios; diff between reports and diagnosis.
 file(GLOB_RECURSE LACUNA_SOURCES CONFIGURE_DEPENDS
-  scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc draft/*.cc study/*.cc diagnosis/*.cc compare/*.cc reports/*.cc render/*.cc)
+  scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc draft/*.cc study/*.cc diagnosis/*.cc diff/*.cc compare/*.cc reports/*.cc render/*.cc)
 
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "scenarios/generate/")
 

@@ -13,8 +13,8 @@ TEST(Usage, HelpAndVersionAreNoFailures) {
   const Outcome help = lacuna({"--help"});
   EXPECT_EQ(help.code, 0);
   EXPECT_EQ(help.err, "");
-  for (const char* command : {"init", "engines", "effects", "simulate", "compare", "identify", "diagnose", "conceal",
-                              "blind", "render", "export"}) {
+  for (const char* command : {"init", "engines", "effects", "simulate", "compare", "identify", "diagnose", "diff",
+                              "conceal", "blind", "render", "export"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Outcome of_command = lacuna({command, "--help"});
     EXPECT_EQ(of_command.code, 0);
