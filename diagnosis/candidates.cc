@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "physics/actuators/table.h"
 #include "physics/effects/table.h"
 
 namespace lacuna {
@@ -186,9 +187,26 @@ CurrentModel extended(const CurrentModel& current, const Experiment& experiment,
   return out;
 }
 
+namespace {
+
+/// A drive that integrates its flow takes up no more of it against such an effect: however soft that is, it is not
+/// pushed through.
+bool yields_no_more(const PlantModel& model, int parameter) {
+  const int joint = model.parameters()[static_cast<std::size_t>(parameter)].joint;
+  if (joint < 0) return false;
+  const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
+  if (drive.type < 0 || Actuators::hooks<double>()[static_cast<std::size_t>(drive.type)].flow == nullptr) return false;
+  return std::any_of(model.effects().begin(), model.effects().end(), [&](const Component& effect) {
+    return effect.first <= parameter && parameter < effect.first + effect.count &&
+           Effects::hooks<double>()[static_cast<std::size_t>(effect.type)].taken != nullptr;
+  });
+}
+
+}  // namespace
+
 bool is_large_enough(const CurrentModel& current, const Experiment& experiment, const Axis& axis, double x) {
   const Parameter& p = current.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-  if (p.info == nullptr || !(p.info->least > 0.0)) return true;
+  if (p.info == nullptr || !(p.info->least > 0.0) || yields_no_more(current.model, axis.parameter)) return true;
   const double size = typical_size(p.info->scale, current.model, experiment, p.joint, current.model.values());
   return std::fabs(axis.value(x) - p.neutral) >= p.info->least * size;
 }
