@@ -122,7 +122,7 @@ TEST(Compare, BadInputIsRefused) {
   refused("motion: {pickup: {mass: 3}}\n", "time");
   refused("motion: {duration: 0.1, pickup: {mass: 3, time: 7}}\n", "pickup");
   refused("channels: {time: t, command: {one: u}}\nmotion: {commands: ../../../etc/passwd}\n", "folder");
-  expect_refused(lacuna(line({"compare", pair.scenario, "--engine", "bullet"})), 2, "bullet");
+  expect_refused(lacuna(line({"compare", pair.scenario, "--engine", "imaginary"})), 2, "imaginary");
   expect_refused(lacuna(line({"compare", pair.scenario, "--duration", "-1"})), 2, "--duration");
   expect_refused(lacuna(line({"compare", (pair.files.path() / "none").string()})), 2, "none");
   expect_refused(lacuna(line({"compare", pair.scenario, "--baseline", pair.scenario, "-o", pair.out()})), 2,

@@ -24,7 +24,7 @@ TEST(Render, PosesAndTimesAreChecked) {
   refused({"--recording", "commands_train.csv", "--time", "1x"}, "--time");
   refused({"--width", "0"}, "pixels");
   refused({"--height", "100000"}, "pixels");
-  refused({"--engine", "bullet"}, "bullet");
+  refused({"--engine", "imaginary"}, "imaginary");
 }
 
 TEST(Render, OnePictureAnEngineAndPose) {

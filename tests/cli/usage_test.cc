@@ -70,7 +70,7 @@ TEST(Usage, OptionsOfTheSearchAreChecked) {
     line.insert(line.end(), options.begin(), options.end());
     expect_refused(lacuna(line), kBadInput, part);
   };
-  refused({"--engine", "bullet"}, "bullet");
+  refused({"--engine", "imaginary"}, "imaginary");
   refused({"--engine", "featherstone,featherstone"}, "twice");
   refused({"--optimizer", "magic"}, "ga+lsq");
   refused({"--population", "1"}, "population");

@@ -188,7 +188,7 @@ TEST(Simulator, RefusesAnUnknownEngine) {
   const Scenario scenario = arm(constant_drive(6, 0.2, 0.01, 0.0));
   const PlantModel model(scenario);
   const Experiment experiment = make_experiment(scenario);
-  EXPECT_THROW(make_simulator(model, experiment, on("bullet", 0.01)), InputError);
+  EXPECT_THROW(make_simulator(model, experiment, on("imaginary", 0.01)), InputError);
 }
 
 TEST(Simulator, StopsWhenItIsAskedTo) {
