@@ -81,17 +81,20 @@ struct Searched {
   std::vector<std::vector<std::size_t>> members;  ///< [group]
 };
 
-/// About a fit, where the common numbers stay as near as the linearisation holds.
-ChangedSets about(const Structure& s, const ChangeGroups& groups, const JointFit& fit) {
-  CommonPrior common{in_priors(s.a, fit.a), Eigen::VectorXd::Ones(static_cast<Eigen::Index>(fit.a.size()))};
+/// The common numbers stay as near a fit as its linearisation holds.
+CommonPrior held_near(const Structure& s, const JointFit& fit) {
+  CommonPrior out{in_priors(s.a, fit.a), Eigen::VectorXd::Ones(static_cast<Eigen::Index>(fit.a.size()))};
   for (std::size_t i = 0; i < fit.a.size(); ++i) {
     const Axis& axis = s.a.axes()[i];
-    // A logarithm's own unit is its size.
-    const double size =
-        axis.coordinate == Coordinate::logarithm ? 1.0 : coordinate_size(fit.a[i], axis.lower, axis.upper);
-    common.deviation(static_cast<Eigen::Index>(i)) = std::clamp(kHoldsWithin * size / axis.prior, kLeastHold, 1.0);
+    const bool logarithm = axis.coordinate == Coordinate::logarithm;  // whose own unit is its size
+    const double size = logarithm ? 1.0 : coordinate_size(fit.a[i], axis.lower, axis.upper);
+    out.deviation(static_cast<Eigen::Index>(i)) = std::clamp(kHoldsWithin * size / axis.prior, kLeastHold, 1.0);
   }
-  return {information_at(s.a, fit.a), information_at(s.b, fit.b), groups, common};
+  return out;
+}
+
+ChangedSets about(const Structure& s, const ChangeGroups& groups, const JointFit& fit) {
+  return {information_at(s.a, fit.a), information_at(s.b, fit.b), groups, held_near(s, fit)};
 }
 
 Searched search(const Structure& s, const ChangeGroups& groups, const std::optional<JointFit>& loaded,
@@ -320,6 +323,42 @@ void judge(Diff& out, const HeldoutGainOf& own) {
                     fmt::join(rest, ", ")));
 }
 
+/// What changed, what did not, and how probable both are.
+void record_numbers(const Structure& s, const ChangeGroups& groups, const Searched& found,
+                    const std::vector<Claim>& claims, Diff& out) {
+  const Quadratic a = information_at(s.a, found.best.fit.a), b = information_at(s.b, found.best.fit.b);
+  const ChangedSets sets(a, b, groups, held_near(s, found.best.fit));
+  out.evidence = sets.evidence(found.best.changed) - sets.evidence(sets.none());
+  // Intervals are those of the priors, not of how far anything was linearised.
+  const ChangePosterior posterior = ChangedSets(a, b, groups).posterior(found.best.changed);
+  const InUnits units(s, found.best.fit, posterior);
+  for (const Claim& claim : claims) {
+    if (claim.refused.empty())
+      out.changes.push_back(describe(s, claim, found, units));
+    else
+      out.refused.push_back({s.changeables[claim.group].name, found.probability[claim.group], claim.refused});
+  }
+  std::stable_sort(out.changes.begin(), out.changes.end(), [](const MachineChange& x, const MachineChange& y) {
+    return x.class_probability > y.class_probability;
+  });
+  out.shared = shared_numbers(s, found, units);
+  for (const LivingSet& set : found.living)
+    if (set.changed == sets.none()) out.no_change = set.share;
+}
+
+/// Residuals under each set's own model and the joint one, and what they have over each other on held-out recordings.
+/// Returns what the own models have over the joint one.
+HeldoutGainOf record_fits(const Structure& s, const ChangeGroups& groups, const JointFit& own, const JointFit& joint,
+                          const RunControl& control, Diff& out) {
+  const JointFit same = fit_jointly(s.a, s.b, groups, ChangedSet(groups.size(), 0), joint, control.stop);
+  out.changed_over_same = record(heldout_over(s, joint, same));
+  const HeldoutGainOf beyond = heldout_over(s, own, joint);
+  out.own_over_joint = record(beyond);
+  out.a.fit = fits_of(s.a, own.a, own.b, joint.a);
+  out.b.fit = fits_of(s.b, own.a, own.b, joint.b);
+  return beyond;
+}
+
 }  // namespace
 
 const char* to_string(DiffVerdict verdict) {
@@ -351,32 +390,9 @@ Diff compare_sets(const Scenario& a, const Diagnosis& found_a, const Scenario& b
   Searched found = search(s, groups, loaded, control, [&](double d) { report("what changed", 0.4 + 0.3 * d); });
   report("verifying", 0.7);
   const std::vector<Claim> claims = claims_of(s, groups, found.of_class, found.best, control.stop);
-  const ChangedSets sets = about(s, groups, found.best.fit);
-  // Intervals are those of the priors, not of how far anything was linearised.
-  const ChangePosterior posterior =
-      ChangedSets(information_at(s.a, found.best.fit.a), information_at(s.b, found.best.fit.b), groups)
-          .posterior(found.best.changed);
-  const InUnits units(s, found.best.fit, posterior);
-  for (const Claim& claim : claims) {
-    if (claim.refused.empty())
-      out.changes.push_back(describe(s, claim, found, units));
-    else
-      out.refused.push_back({s.changeables[claim.group].name, found.probability[claim.group], claim.refused});
-  }
-  std::stable_sort(out.changes.begin(), out.changes.end(), [](const MachineChange& x, const MachineChange& y) {
-    return x.class_probability > y.class_probability;
-  });
-  out.shared = shared_numbers(s, found, units);
-  for (const LivingSet& set : found.living)
-    if (set.changed == sets.none()) out.no_change = set.share;
-  out.evidence = sets.evidence(found.best.changed) - sets.evidence(sets.none());
+  record_numbers(s, groups, found, claims, out);
   report("verifying", 0.85);
-  const JointFit same = fit_jointly(s.a, s.b, groups, sets.none(), found.best.fit, control.stop);
-  out.changed_over_same = record(heldout_over(s, found.best.fit, same));
-  const HeldoutGainOf beyond = heldout_over(s, own, found.best.fit);
-  out.own_over_joint = record(beyond);
-  out.a.fit = fits_of(s.a, own.a, own.b, found.best.fit.a);
-  out.b.fit = fits_of(s.b, own.a, own.b, found.best.fit.b);
+  const HeldoutGainOf beyond = record_fits(s, groups, own, found.best.fit, control, out);
   judge(out, beyond);
   out.seconds = found_a.seconds + found_b.seconds +
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
