@@ -12,7 +12,7 @@ using namespace test;
 constexpr double kSlideGain = 0.02, kSwingGain = 0.05;  // m/(s V), rad/(s V): of stiff cylinders
 constexpr double kSlideFull = 4.0, kSwingFull = 8.0;    // V, command that takes all the pump gives
 constexpr double kSharp = 60.0;                         // a corner, but for 1 % at it
-constexpr double kSeconds = 2.0, kPeriod = 0.01;
+constexpr double kSupplySeconds = 2.0, kSupplyPeriod = 0.01;
 const Start kStill{{0.0, 0.0}, {0.0, 0.0}};
 
 Scenario two_cylinders(const Drive& drive) {
@@ -24,7 +24,7 @@ Scenario two_cylinders(const Drive& drive) {
 }
 /// Both valves stepped at once after .1 s.
 Drive stepped(double slide, double swing) {
-  Drive out = constant_drive(2, kSeconds, kPeriod, 0.0);
+  Drive out = constant_drive(2, kSupplySeconds, kSupplyPeriod, 0.0);
   for (std::size_t k = 10; k < out.time.size(); ++k) out.u[0][k] = slide, out.u[1][k] = swing;
   return out;
 }
