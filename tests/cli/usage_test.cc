@@ -99,7 +99,7 @@ TEST(Usage, WorkThatCannotBeDoneHasACodeOfItsOwn) {
 
 TEST(Usage, EnginesAndEffectsAreListed) {
   const auto engines = json_of(lacuna({"engines", "--json"}));
-  ASSERT_EQ(engines.at("engines").size(), 4u);
+  ASSERT_EQ(engines.at("engines").size(), 6u);
   EXPECT_EQ(engines.at("engines")[0].at("name"), "featherstone");
   EXPECT_TRUE(engines.at("engines")[0].at("available"));
   for (const auto& engine : engines.at("engines"))
