@@ -76,7 +76,9 @@ struct Concealed {
   }
   /// The plain model with an effect beside it, fitted.
   CurrentModel with(const std::string& name, double start) const {
-    CurrentModel out = extended(*current, experiment, {name, "swing", {}, {}, "test"}, current->fit.point, {start});
+    std::map<std::string, double> fixed;
+    if (name == "valve_deadband") fixed["b"] = 0.0;  // a plain edge
+    CurrentModel out = extended(*current, experiment, {name, "swing", fixed, {}, "test"}, current->fit.point, {start});
     EXPECT_TRUE(refit(out, experiment, at, {}));
     return out;
   }
@@ -105,7 +107,7 @@ TEST(CoarseLook, ShowsWhatAnEffectChangesAsTheOwnStepDoes) {
   const CoarseLook look = coarse_look(*c.current, c.experiment, c.at);
   const PlantModel with = c.model.with_effects({effect("valve_deadband", "swing", {})});
   std::vector<double> values = c.space.expand(c.current->fit.point);
-  values.push_back(0.1);
+  values.insert(values.end(), {0.1, 0.0});
   const std::vector<std::vector<double>> one{values};
   Problem fine(with, c.experiment, c.space, c.at, c.current->weights);
   Problem coarse(with, c.experiment, c.space, look.simulator, c.current->weights);

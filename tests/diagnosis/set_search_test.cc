@@ -17,7 +17,7 @@ using namespace test;
 
 constexpr double kReading = 1e-3;  // rad, noise of a reading
 constexpr int kIterations = 30;
-const EffectSpec kDeadbandThere{"valve_deadband", "swing", {}, {}, "test"};
+const EffectSpec kDeadbandThere{"valve_deadband", "swing", {{"b", 0.0}}, {}, "test"};
 const EffectSpec kAsymmetryThere{"valve_asymmetry", "swing", {}, {}, "test"};
 
 /// A pendulum whose recordings another engine made, its plain model identified.
@@ -130,7 +130,7 @@ TEST(Hypotheses, RefuseAStopThatItsDriveWouldPushThrough) {
   const Hypotheses all(*p.plain, p.experiment, p.at, {});
   const double size = typical_size(Scale::stiffness, p.model, p.experiment, 0, p.model.values());
   for (const double stiffness : {-30.0, -3.0, 3.0, 30.0}) {
-    const EffectSpec spec{"end_stop", "swing", {}, {}, "test"};
+    const EffectSpec spec{"end_stop", "swing", {{"travel", 1e6}}, {}, "test"};
     const Hypothesis stop{{spec},
                           extended(*p.plain, p.experiment, spec, p.plain->fit.point, {0.0, stiffness * size, 0.0})};
     EXPECT_EQ(all.ends_within(stop, spec), std::fabs(stiffness) > 10.0) << stiffness;
