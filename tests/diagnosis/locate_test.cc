@@ -27,8 +27,8 @@ Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kAngl
   Scenario truth = scenario;
   truth.effects = concealed;
   const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
-  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start,
-                                              available_engines().back(), "train.csv", noise, 3));
+  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start, another_engine(),
+                                              "train.csv", noise, 3));
   for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kAngleNoise;
   return scenario;
 }

@@ -46,6 +46,13 @@ inline std::vector<std::string> available_engines() {
   return names;
 }
 
+/// An engine to make data with: another than the one that identifies, and a light one, since under sanitizers DART's
+/// many allocations take minutes.
+inline std::string another_engine() {
+  const std::vector<std::string> names = available_engines();
+  return std::ranges::count(names, "ode") > 0 ? "ode" : names.back();
+}
+
 /// Commands over time, one row a joint, held between their instants.
 struct Drive {
   std::vector<double> time;            ///< s
