@@ -37,7 +37,7 @@ DiagnoseOptions small() {
 Scenario concealed_deadband() {
   // Made by another engine than the one that diagnoses, where there is one.
   return pendulum_problem(kStart, kDrive, kNoise, {effect("valve_deadband", "swing", {{"d", kDeadband}})}, 10.0,
-                          available_engines().size() > 2 ? available_engines()[2] : another_engine());
+                          available_engines().size() > 2 ? available_engines()[2] : engine_of_data());
 }
 
 TEST(Misfits, NameTheSecondsThatHoldMoreThanNoiseAndNoOthers) {
@@ -92,7 +92,7 @@ TEST(Diagnosis, ALagBesideAnInertiaIsNoSpring) {
   const Diagnosis d = diagnose(
       pendulum_problem(kStart, kDrive, kNoise,
                        {effect("armature", "swing", {{"J", 0.1}}), effect("actuator_lag", "swing", {{"T", 0.005}})},
-                       10.0, another_engine()),
+                       10.0, engine_of_data()),
       small());
   // Alone a spring with inertia and damper behind it explains more than either.
   ASSERT_FALSE(d.rounds.empty());
@@ -108,7 +108,7 @@ TEST(Diagnosis, JudgesEveryFindingBesideTheOthers) {
   const Diagnosis d = diagnose(pendulum_problem(kStart, kDrive, kNoise,
                                                 {effect("valve_deadband", "swing", {{"d", kDeadband}}),
                                                  effect("valve_asymmetry", "swing", {{"a", 0.2}})},
-                                                10.0, another_engine()),
+                                                10.0, engine_of_data()),
                                small());
   ASSERT_EQ(d.findings.size(), 2u);
   for (const Finding& f : d.findings) {
@@ -270,7 +270,7 @@ TEST(Prune, WhatOneFindingContainsOfAnotherItTakesOver) {
   spring.fixed = {{"J", 0.0}, {"c", 0.0}};
   Pruned two(
       pendulum_problem(kStart, kDrive, kNoise, {effect("joint_compliance", "swing", {{"k", kSpring}, {"J", kSide}})},
-                       10.0, another_engine()),
+                       10.0, engine_of_data()),
       {Pruned::on_swing("armature"), spring}, {{kSide}, {1.0 / kSpring}});
   EXPECT_EQ(two.again(), std::vector<std::string>{"armature at swing"});
   ASSERT_EQ(two.findings.size(), 1u);
@@ -285,7 +285,7 @@ TEST(Rounds, FindAnewWhatALaterFindingContains) {
   const Scenario scenario = pendulum_problem(kStart, kDrive, kNoise,
                                              {effect("joint_compliance", "swing", {{"k", kSpring}, {"J", kSide}}),
                                               effect("actuator_lag", "swing", {{"T", kLag}})},
-                                             10.0, another_engine());
+                                             10.0, engine_of_data());
   Finding spring = Pruned::on_swing("joint_compliance");
   spring.fixed = {{"c", 0.0}};
   // As if the inertia had been found before its spring, and then a spring without one.
@@ -305,10 +305,10 @@ TEST(Rounds, FindAnewWhatALaterFindingContains) {
 }
 
 TEST(Diagnosis, SaysWhereOnlyTheTestRecordingMissesSomething) {
-  const Scenario silent = pendulum_problem(kStart, kDrive, kNoise, {}, 10.0, another_engine());
+  const Scenario silent = pendulum_problem(kStart, kDrive, kNoise, {}, 10.0, engine_of_data());
   Scenario scenario = silent;
   const Scenario stuck = pendulum_problem(kStart, kDrive, kNoise, {effect("coulomb_friction", "swing", {{"Fc", 0.2}})},
-                                          10.0, another_engine());
+                                          10.0, engine_of_data());
   for (std::size_t k = 0; k < scenario.recordings.size(); ++k) {
     if (scenario.recordings[k].role == Role::test) scenario.recordings[k] = stuck.recordings[k];
   }
@@ -335,7 +335,7 @@ TEST(Diagnosis, AStartInMidMotionIsNoPhysics) {
     for (const Role role : {Role::train, Role::train, Role::validate, Role::test}) {
       const Drive drive = sine_drive(1, 6.0, 0.02, 3.0, static_cast<double>(++seed));
       add_recording(scenario,
-                    simulated_recording(truth, drive, {{0.1}, {0.8}, false}, another_engine(),
+                    simulated_recording(truth, drive, {{0.1}, {0.8}, false}, engine_of_data(),
                                         std::to_string(seed) + ".csv", kNoise, seed),
                     role);
     }
@@ -360,7 +360,7 @@ TEST(Prune, KeepsTwoThatAreBothThere) {
   Pruned two(pendulum_problem(kStart, kDrive, kNoise,
                               {effect("valve_deadband", "swing", {{"d", kDeadband}}),
                                effect("valve_asymmetry", "swing", {{"a", 0.2}})},
-                              10.0, another_engine()),
+                              10.0, engine_of_data()),
              "valve_asymmetry", {0.2, kDeadband});
   EXPECT_TRUE(two.again().empty());
   EXPECT_EQ(two.findings.size(), 2u);
@@ -369,7 +369,7 @@ TEST(Prune, KeepsTwoThatAreBothThere) {
 TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight) {
   const std::vector<EffectSpec> concealed{effect("valve_deadband", "swing", {{"d", kDeadband}}),
                                           effect("valve_asymmetry", "swing", {{"a", 0.2}})};
-  const Scenario scenario = pendulum_problem(kStart, kDrive, kNoise, concealed, 10.0, another_engine());
+  const Scenario scenario = pendulum_problem(kStart, kDrive, kNoise, concealed, 10.0, engine_of_data());
   Pruned wrong(scenario, "damping_asymmetry", {0.2, kDeadband});
   wrong.findings[0].rivals = {{"valve_asymmetry", "swing", 0.1, {}, {0.1}, {}},
                               {"input_delay", "swing", 0.0, {}, {0.01}, {}}};

@@ -19,7 +19,7 @@ constexpr double kReading = 1e-3;  // rad, noise of a reading
 /// A pendulum with a deadband.
 Scenario one_joint() {
   return pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, kReading,
-                          {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, another_engine());
+                          {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, engine_of_data());
 }
 
 /// Two joints that miss something each: a deadband of .5 V at the upper, one of `lower` (V) at the lower.
@@ -38,7 +38,7 @@ Scenario two_joints(double lower) {
     for (std::vector<double>& u : drive.u) std::fill_n(u.begin(), 25, 0.0);
     add_recording(
         scenario,
-        simulated_recording(truth, drive, {{0.0, 0.0}, {0.0, 0.0}, false}, another_engine(),
+        simulated_recording(truth, drive, {{0.0, 0.0}, {0.0, 0.0}, false}, engine_of_data(),
                             std::string(to_string(role)) + ".csv", kReading, static_cast<std::uint64_t>(shift)),
         role);
   }

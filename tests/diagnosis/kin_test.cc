@@ -33,7 +33,7 @@ TEST(Kin, AreTheseAndNoOthers) {
 TEST(Kin, OfASpringIsAGapThatBeginsWithItsStiffnessAndInertia) {
   const Scenario scenario = pendulum_problem(
       kGuess, {"gain", "damping", "stiffness"}, kTransducer,
-      {effect("backlash", "swing", {{"gap", kGap}, {"k", kContact}, {"J", kSide}})}, 6.0, another_engine());
+      {effect("backlash", "swing", {{"gap", kGap}, {"k", kContact}, {"J", kSide}})}, 6.0, engine_of_data());
   const PlantModel model(scenario);
   const Experiment experiment = make_experiment(scenario);
   const SearchSpace space(model, scenario);

@@ -27,7 +27,7 @@ Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kAngl
   Scenario truth = scenario;
   truth.effects = concealed;
   const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
-  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start, another_engine(),
+  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start, engine_of_data(),
                                               "train.csv", noise, 3));
   for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kAngleNoise;
   return scenario;

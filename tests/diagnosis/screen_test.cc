@@ -26,7 +26,7 @@ struct Screened {
   std::vector<ScreenedEffect> look() const { return screen_effects(*plain, experiment, how); }
 
   Scenario scenario = pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, 1e-3,
-                                       {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, another_engine());
+                                       {effect("valve_deadband", "swing", {{"d", 0.5}})}, 10.0, engine_of_data());
   PlantModel model{scenario};
   Experiment experiment = make_experiment(scenario);
   ScreenOptions how{on("featherstone", 0.005), [](const std::string&) { return true; }};

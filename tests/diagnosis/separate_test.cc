@@ -22,7 +22,7 @@ const std::vector<std::string> kFree{"gain", "damping", "stiffness"};
 struct Merged {
   Merged()
       : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, kFree, kReadingNoise,
-                                  {effect("input_delay", "swing", {{"T", kDelay}})}, 8.0, another_engine())),
+                                  {effect("input_delay", "swing", {{"T", kDelay}})}, 8.0, engine_of_data())),
         model(scenario),
         experiment(make_experiment(scenario)),
         space(model, scenario) {

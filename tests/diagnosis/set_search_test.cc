@@ -24,7 +24,7 @@ const EffectSpec kAsymmetryThere{"valve_asymmetry", "swing", {}, {}, "test"};
 struct Pendulum {
   explicit Pendulum(std::vector<EffectSpec> concealed)
       : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, kReading,
-                                  std::move(concealed), 10.0, another_engine())),
+                                  std::move(concealed), 10.0, engine_of_data())),
         model(scenario),
         experiment(make_experiment(scenario)),
         at(on("featherstone", 0.005)) {

@@ -385,7 +385,7 @@ TEST(Identify, StepsAsShortAsTheValuesFoundNeed) {
   for (const Role role : {Role::train, Role::validate}) {
     add_recording(scenario,
                   simulated_recording(truth, rested_drive(6.0, 3.1 * static_cast<double>(role)), {{0.0}, {0.0}, false},
-                                      another_engine(), std::string(to_string(role)) + ".csv", kNoise, 5),
+                                      engine_of_data(), std::string(to_string(role)) + ".csv", kNoise, 5),
                   role);
   }
   scenario.identify.push_back({"damping", true, 0.2, 5.0, "test: identify.damping"});

@@ -48,7 +48,7 @@ inline std::vector<std::string> available_engines() {
 
 /// An engine to make data with: another than the one that identifies, and a light one, since under sanitizers DART's
 /// many allocations take minutes.
-inline std::string another_engine() {
+inline std::string engine_of_data() {
   const std::vector<std::string> names = available_engines();
   return std::ranges::count(names, "ode") > 0 ? "ode" : names.back();
 }

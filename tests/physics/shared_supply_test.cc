@@ -98,7 +98,7 @@ TEST(SharedSupply, IsAlikeOnEveryEngineAndByAnotherIntegrator) {
       {effect("actuator_lag", "swing", {{"T", 0.15}}), effect("valve_deadband", "slide", {{"d", 0.2}}), pump(8.0)});
   const Experiment experiment = started_experiment(scenario, kStill);
   TruthOptions options;
-  options.engine = another_engine();
+  options.engine = engine_of_data();
   options.settle = false;
   const auto truth = simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
   for (const std::string& engine : available_engines()) {

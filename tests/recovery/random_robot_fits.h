@@ -62,7 +62,7 @@ inline std::shared_ptr<const Recording> recording_by_truth(const Scenario& truth
   const PlantModel model(scenario);
   const Experiment experiment = make_experiment(scenario);
   TruthOptions options;
-  options.engine = another_engine();
+  options.engine = engine_of_data();
   const auto motion = simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
   Noise noise(seed);
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {

@@ -78,7 +78,7 @@ std::vector<double> scatter_of(const Trial& trial, const Design& design, std::ui
   Task task = make_task(trial, experiment, std::nullopt, "featherstone", nullptr);
   task.weights = trial.weights;
   TruthOptions options;
-  options.engine = another_engine();
+  options.engine = engine_of_data();
   const auto motion = simulate_truth(*trial.model, experiment.segments[0], experiment.channels,
                                      model_values(trial, *trial.truth), options);
   std::vector<double> square(trial.box.names.size(), 0.0);
