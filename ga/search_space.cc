@@ -326,7 +326,6 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   effort = positive(effort), position = positive(position), velocity = positive(velocity);
   switch (scale) {
     case Scale::command: return positive(command);
-    case Scale::per_command: return 1.0 / positive(command);
     case Scale::effort: return effort;
     case Scale::velocity: return velocity;
     case Scale::position: return position;

@@ -62,7 +62,6 @@ inline double from_search(Coordinate coordinate, double x) {
 enum class Scale {
   ratio,        ///< 1
   command,      ///< V
-  per_command,  ///< 1/V
   effort,       ///< N m: gain times command
   time,         ///< 1 s
   span,         ///< s, length of a recording

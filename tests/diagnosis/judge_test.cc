@@ -76,9 +76,7 @@ struct Concealed {
   }
   /// The plain model with an effect beside it, fitted.
   CurrentModel with(const std::string& name, double start) const {
-    std::map<std::string, double> fixed;
-    if (name == "valve_deadband") fixed["b"] = 0.0;  // a plain edge
-    CurrentModel out = extended(*current, experiment, {name, "swing", fixed, {}, "test"}, current->fit.point, {start});
+    CurrentModel out = extended(*current, experiment, {name, "swing", {}, {}, "test"}, current->fit.point, {start});
     EXPECT_TRUE(refit(out, experiment, at, {}));
     return out;
   }
@@ -107,7 +105,7 @@ TEST(CoarseLook, ShowsWhatAnEffectChangesAsTheOwnStepDoes) {
   const CoarseLook look = coarse_look(*c.current, c.experiment, c.at);
   const PlantModel with = c.model.with_effects({effect("valve_deadband", "swing", {})});
   std::vector<double> values = c.space.expand(c.current->fit.point);
-  values.insert(values.end(), {0.1, 0.0});
+  values.push_back(0.1);
   const std::vector<std::vector<double>> one{values};
   Problem fine(with, c.experiment, c.space, c.at, c.current->weights);
   Problem coarse(with, c.experiment, c.space, look.simulator, c.current->weights);
@@ -143,7 +141,6 @@ TEST(Judge, DoubtCoversWhatAFinerStepChanges) {
   Judge judge = c.judge();
   for (ScreenedEffect& effect : c.screened()) {
     if (effect.spec.effect != "valve_deadband" && effect.spec.effect != "coulomb_friction") continue;
-    if (effect.parameters > 1) continue;  // a richer form's fit goes on beyond what is refitted here
     Tried tried = judge.weigh(std::move(effect));
     ASSERT_TRUE(judge.refit(tried));
     judge.set_step(0.020);
@@ -202,7 +199,7 @@ TEST(Judge, ACandidateThatIsReidentifiedLateIsRankedByWhatItIsWorthThen) {
   Judge judge = c.judge();
   std::vector<Tried> ends, starts;
   for (ScreenedEffect& effect : c.screened()) {
-    if (effect.spec.effect != "valve_deadband" || effect.parameters > 1) continue;
+    if (effect.spec.effect != "valve_deadband") continue;
     starts.push_back(judge.weigh(std::move(effect)));
     ends.push_back(starts.back());
     ASSERT_TRUE(judge.refit(ends.back()));

@@ -17,7 +17,7 @@ using namespace test;
 
 constexpr double kReading = 1e-3;  // rad, noise of a reading
 constexpr int kIterations = 30;
-const EffectSpec kDeadbandThere{"valve_deadband", "swing", {{"b", 0.0}}, {}, "test"};
+const EffectSpec kDeadbandThere{"valve_deadband", "swing", {}, {}, "test"};
 const EffectSpec kAsymmetryThere{"valve_asymmetry", "swing", {}, {}, "test"};
 
 /// A pendulum whose recordings another engine made, its plain model identified.

@@ -96,12 +96,6 @@ const std::vector<Law>& laws() {
        [](const Block& b) { return b.drive(played(b.past[0], b.u, 0.4)); },
        [](Block& b, double) { b.past[0] = b.u; },
        [](Block& b, double) { b.past[0] = played(b.past[0], b.u, 0.4); }},
-      {"valve_deadband",
-       {{"d", 0.4}, {"b", 0.5}},
-       [](const Block& b) {
-         const double x = std::max(std::fabs(b.u) - 0.4, 0.0);
-         return b.drive(sgn(b.u) * (x + 0.5 * x * x));
-       }},
       {"valve_asymmetry", {{"a", 0.3}}, [](const Block& b) { return b.drive(b.u < 0.0 ? 0.7 * b.u : b.u); }},
       {"lever_arm_variation",
        {{"ratio", 0.5}, {"phase", 0.7}},
