@@ -242,6 +242,27 @@ class Plant {
     }
   }
 
+  /// Whether the command's way to joint j remembers anything (a lag, play).
+  bool remembers_command(int j) const {
+    return any_effect(j, [](const Hooks<T>& h) { return h.command != nullptr && h.memories > 0; });
+  }
+  /// Those memories of joint j after `dt` seconds under command u, none of it delayed; `begins`: as they begin under u.
+  void pass_memories(int j, const Instant<T>& now, const T& q, const T& v, const T& u, const T& dt, bool begins,
+                     T* m) const {
+    JointView<T> s = view(joint(j), now, q, v, u);
+    T scratch[kMostMemories];
+    for (const Bound& c : joint(j).effects) {
+      if (c.hooks->command == nullptr) continue;
+      if (c.hooks->shared) return;  // what remembers stands before it
+      const T* p = &parameters_[c.first];
+      if (c.hooks->memories > 0 && begins) c.hooks->begin(p, s, T(0.0), scratch);
+      if (c.hooks->memories > 0 && !begins) c.hooks->remember(p, s, dt, m + c.memory, scratch);
+      std::copy(scratch, scratch + c.hooks->memories, m + c.memory);
+      s.m = m + c.memory;
+      s.u = c.hooks->command(p, s);
+    }
+  }
+
   /// What joint j's transducer makes of its positions at `time`, in place.
   void sense(int j, const std::vector<double>& time, T* q, std::size_t stride) const {
     for (const Bound& c : joint(j).effects) {

@@ -37,6 +37,7 @@ class Rollout {
   LinearMotion linearise(const Segment& segment, double max_step, const std::vector<double>& effort_sizes);
 
  private:
+  static constexpr double kRunUp = 20.0;     ///< s of commands before a window: four times the longest lag there is
   static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
   static constexpr double kShortest = 1e-6;  ///< shortest step, as a share of the nominal one: no event stops the clock
 
@@ -60,6 +61,9 @@ class Rollout {
   template <class Value>
   T of_each(const Value& value) const;
   void start(double max_step);
+  void run_up();
+  void run_up(std::size_t j);
+  static std::size_t samples_before(const Segment* s);
   std::pair<double, double> cut(std::size_t sample, double max_step);
   void advance(std::size_t sample, double max_step);
   void fetch_commands(std::size_t sample);

@@ -162,6 +162,53 @@ void Rollout<T, Dyn>::start(double max_step) {
     }
   }
   plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
+  run_up();
+}
+
+/// A window begins in the middle of a recording: what the command's way remembers began with the commands before.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::run_up() {
+  if (std::ranges::all_of(segments_, [](const Segment* s) { return s->first == 0; })) return;
+  for (std::size_t j = 0; j < n_; ++j) {
+    if (plant_.remembers_command(static_cast<int>(j))) run_up(j);
+  }
+}
+
+/// Samples of a window's track before it that it may remember.
+template <class T, class Dyn>
+std::size_t Rollout<T, Dyn>::samples_before(const Segment* s) {
+  const auto begin = s->commands->time.begin(), at = begin + static_cast<std::ptrdiff_t>(s->first);
+  return static_cast<std::size_t>(at - std::lower_bound(begin, at, *at - kRunUp));
+}
+
+/// A delay in the command's way shifts all that follows it: the memories at the window's start are those that the
+/// commands until the delay before would have brought without it.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::run_up(std::size_t j) {
+  const int joint = static_cast<int>(j);
+  std::array<std::size_t, static_cast<std::size_t>(kLanes<T>)> before{};  // samples of each lane's track
+  std::ranges::transform(segments_, before.begin(), samples_before);
+  const std::size_t most = *std::ranges::max_element(before);
+  const T delay = plant_.delay(joint);
+  const Instant<T> now = instant(T(0.0), x_);
+  T u(0.0);
+  for (std::size_t back = most; back > 0; --back) {
+    T dt(0.0);
+    for (int k = 0; k < kLanes<T>; ++k) {
+      const Segment& s = *segments_[static_cast<std::size_t>(k)];
+      const std::size_t has = before[static_cast<std::size_t>(k)], at = s.first - std::min(back, has);
+      const std::vector<double>& time = s.commands->time;
+      const double until = time[s.first] - lane(delay, k);
+      const double end = back > has ? time[at] : time[at + 1];  // lanes with less before them wait
+      if (back == most || time[at] <= until) set_lane(u, k, s.commands->value[j][at]);
+      set_lane(dt, k, std::max(0.0, std::min(end, until) - time[at]));
+    }
+    const auto pass = [&](bool begins) {
+      plant_.pass_memories(joint, now, x_[j], x_[n_ + j], u, dt, begins, memory_.data());
+    };
+    if (back == most) pass(true);
+    pass(false);
+  }
 }
 
 template <class T, class Dyn>

@@ -122,6 +122,50 @@ TEST(Rollout, DoesNotDependOnExtraSamplesWhereTheCommandStands) {
   }
 }
 
+/// A block whose valve sticks, lags and is late, driven through a whole recording.
+Scenario late_block() {
+  Scenario scenario =
+      driven_scenario(block_robot(), {actuator("slide", "torque_source", {{"gain", 1.0}, {"damping", 2.0}, {"stiffness", 0.0}})},
+                      sine_drive(1, 6.0, 0.01, 5.0), {{0.0}, {0.0}});
+  scenario.effects = {effect("input_delay", "slide", {{"T", 0.0437}}),
+                      effect("valve_hysteresis", "slide", {{"h", 0.8}}), effect("actuator_lag", "slide", {{"T", 0.6}})};
+  return scenario;
+}
+
+TEST(Rollout, AWindowRemembersTheCommandsBeforeIt) {
+  Scenario scenario = late_block();
+  const PlantModel model(scenario);
+  const Start rest{{0.0}, {0.0}};
+  for (const std::string& engine : {std::string("featherstone"), engine_of_data()}) {
+    const auto whole = predict_one(model, started_experiment(scenario, rest), on(engine, 0.005)).front();
+    scenario.prediction = Windows{1.0};
+    Experiment cut = make_experiment(scenario);
+    for (Segment& s : cut.segments)
+      s.q0 = {whole[0][s.first]}, s.v0 = {whole[velocity_of(*scenario.robot, 0)][s.first]};
+    const auto windows = predict_one(model, cut, on(engine, 0.005));
+    ASSERT_EQ(windows.size(), 6u);
+    for (std::size_t w = 0; w < windows.size(); ++w) {
+      const auto from = whole[0].begin() + static_cast<std::ptrdiff_t>(cut.segments[w].first);
+      const std::vector<double> same(from, from + static_cast<std::ptrdiff_t>(windows[w][0].size()));
+      EXPECT_LT(worst_difference(windows[w][0], same), 1e-9) << engine << ", window " << w;
+    }
+    scenario.prediction = FreeRun{};
+  }
+}
+
+TEST(Rollout, AWindowBeginsAlikeInAnyCompany) {
+  Scenario scenario = late_block();
+  scenario.prediction = Windows{0.7};
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  const auto together = predict_one(model, experiment, on("featherstone", 0.005));
+  for (std::size_t w = 0; w < together.size(); ++w) {
+    Experiment alone = experiment;
+    alone.segments = {experiment.segments[w]};
+    EXPECT_TRUE(same_bits(predict_one(model, alone, on("featherstone", 0.005)).front(), together[w])) << w;
+  }
+}
+
 TEST(Rollout, UnderStiffFrictionIsAtRestExactlyAndWithoutChatterOnEveryEngine) {
   // The arm's joints under friction far above what drives them at times: it must stop, stay, and start again.
   auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
