@@ -169,6 +169,12 @@ void evaluate_at(CurrentModel& model, std::vector<double> point, const Experimen
   model.fit.prior_cost = prior_cost(model.space.axes(), model.fit.point);
 }
 
+CurrentModel seen_in(const CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options) {
+  CurrentModel out{model.model, model.space, model.weights, {}};
+  evaluate_at(out, model.fit.point, experiment, options);
+  return out;
+}
+
 void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
             const RunControl& control, int iterations) {
   const std::vector<int> train = experiment.with_role(Role::train);

@@ -40,6 +40,9 @@ void refine(CurrentModel& current, const Experiment& experiment, const Simulator
 void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,
                  const SimulatorOptions& options);
 
+/// The model at its point on other recordings than it was fitted to.
+CurrentModel seen_in(const CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options);
+
 /// Population search and least squares from its best, least squares from the scenario's start values as well, from
 /// further starts until two of them meet (from_several_starts), and the best refined. `fit` receives the record of the
 /// search and whether it has arrived.

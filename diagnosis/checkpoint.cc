@@ -192,10 +192,11 @@ void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::opti
   write();
 }
 
-bool DiagnosisCheckpoint::restore_sets(const CurrentModel& plain, const Experiment& experiment,
-                                       const SimulatorOptions& options, std::optional<SetSearchResult>& sets) const {
-  if (!content_->json.contains("sets")) return false;
-  const Json& j = content_->json.at("sets");
+bool DiagnosisCheckpoint::restore_sets(const std::string& which, const CurrentModel& plain,
+                                       const Experiment& experiment, const SimulatorOptions& options,
+                                       std::optional<SetSearchResult>& sets) const {
+  if (!content_->json.contains(which)) return false;
+  const Json& j = content_->json.at(which);
   sets.reset();
   if (j.is_null()) return true;
   SetSearchResult out{plain, {}, {}, j.at("notes").get<std::vector<std::string>>(), options};
@@ -216,7 +217,8 @@ bool DiagnosisCheckpoint::restore_sets(const CurrentModel& plain, const Experime
   return true;
 }
 
-void DiagnosisCheckpoint::store_sets(const PlantModel& plain, const std::optional<SetSearchResult>& sets) {
+void DiagnosisCheckpoint::store_sets(const std::string& which, const PlantModel& plain,
+                                     const std::optional<SetSearchResult>& sets) {
   Json j;
   if (sets) {
     j = {{"notes", sets->notes},
@@ -235,7 +237,7 @@ void DiagnosisCheckpoint::store_sets(const PlantModel& plain, const std::optiona
       j["rounds"].push_back(std::move(list));
     }
   }
-  content_->json["sets"] = std::move(j);
+  content_->json[which] = std::move(j);
   write();
 }
 

@@ -34,9 +34,9 @@ class DiagnosisCheckpoint {
                    const std::vector<Candidate>& candidates, const SimulatorOptions& options);
 
   /// What the search with sets came to; nothing: that all stands as it is. `plain` is what its model is grown from.
-  bool restore_sets(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& options,
-                    std::optional<SetSearchResult>& sets) const;
-  void store_sets(const PlantModel& plain, const std::optional<SetSearchResult>& sets);
+  bool restore_sets(const std::string& which, const CurrentModel& plain, const Experiment& experiment,
+                    const SimulatorOptions& options, std::optional<SetSearchResult>& sets) const;
+  void store_sets(const std::string& which, const PlantModel& plain, const std::optional<SetSearchResult>& sets);
 
   /// For the caller, once the result is safe: removes this file and its parts.
   static void remove(const std::filesystem::path& file);

@@ -5,6 +5,7 @@ namespace {
 
 constexpr double kCorrected = 0.1;  ///< energy of the correction over the residual's
 constexpr int kDoublings = 2;
+constexpr double kTraceOfRest = 0.01;  ///< of a residual's energy
 
 }  // namespace
 
@@ -27,6 +28,26 @@ CoarseLook coarse_look(const CurrentModel& current, const Experiment& experiment
     const Eigen::VectorXd correction = present - problem.residual(current.fit.point, train);
     if (!(correction.squaredNorm() <= kCorrected * present.squaredNorm())) break;
     out = {longer, correction};
+  }
+  return out;
+}
+
+bool step_matters(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
+                  double step) {
+  SimulatorOptions other = simulator;
+  other.max_step = step;
+  Problem problem(current.model, experiment, current.space, other, current.weights);
+  const Eigen::VectorXd& present = current.fit.residual;
+  const Eigen::VectorXd change = problem.residual(current.fit.point, experiment.with_role(Role::train)) - present;
+  return !(change.squaredNorm() <= kTraceOfRest * present.squaredNorm());
+}
+
+SimulatorOptions coarse_enough(const CurrentModel& current, const Experiment& experiment,
+                               const SimulatorOptions& simulator) {
+  SimulatorOptions out = simulator;
+  for (double step = 2.0 * simulator.max_step; step <= experiment.sample_period; step *= 2.0) {
+    if (step_matters(current, experiment, simulator, step)) break;
+    out.max_step = step;
   }
   return out;
 }

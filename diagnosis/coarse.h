@@ -24,4 +24,13 @@ struct CoarseLook {
 /// that is to be explained; the model's own step where even the first is too long.
 CoarseLook coarse_look(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator);
 
+/// Whether another step changes more than a trace of what the model leaves on the train recordings. Beside a rest far
+/// above the noise a step as fine as the noise asks for changes no comparison.
+bool step_matters(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
+                  double step);
+
+/// The longest step, doubled from the present one, that does not matter.
+SimulatorOptions coarse_enough(const CurrentModel& current, const Experiment& experiment,
+                               const SimulatorOptions& simulator);
+
 }  // namespace lacuna

@@ -7,6 +7,7 @@
 #include "backends/engine.h"
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
+#include "diagnosis/coarse.h"
 #include "diagnosis/effort_search.h"
 #include "diagnosis/events.h"
 #include "diagnosis/evidence.h"
@@ -16,6 +17,7 @@
 #include "diagnosis/replay.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/set_search.h"
+#include "diagnosis/thinned.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
 #include "physics/units.h"
@@ -234,6 +236,23 @@ bool has_heap(const std::vector<Finding>& findings) {
   });
 }
 
+/// Laws are learned like names in as many windows, and at steps as long, as that needs; then fitted to all, as the
+/// model was.
+LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
+                            const SimulatorOptions& simulator, const RunControl& control) {
+  const Experiment enough = thinned(experiment);
+  const bool fewer = enough.segments.size() < experiment.segments.size();
+  const CurrentModel start = fewer ? seen_in(current, enough, simulator) : current;
+  const SimulatorOptions at = coarse_enough(start, enough, simulator);
+  if (!fewer && at.max_step == simulator.max_step) return learn_laws(plain, current, experiment, simulator, control);
+  LearnedLaws out = learn_laws(seen_in(plain, enough, at), seen_in(current, enough, at), enough, at, control);
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  if (!out.laws.empty()) refit(out.model, experiment, simulator, quiet);
+  if (!out.needless.empty()) refit(out.named, experiment, simulator, quiet);
+  return out;
+}
+
 /// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
 /// looked at again without it. Names that a law makes needless go. Leaves the model with all of it and the one with the
 /// names alone, and returns the recordings with their events in.
@@ -245,7 +264,7 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
     if (!out.learned.empty() || !((has_heap(out.findings) && std::holds_alternative<FreeRun>(of.prediction)) ||
                                   leaves_a_rest(current, of, simulator)))
       return;
-    LearnedLaws learned = learn_laws(plain, current, of, simulator, control);
+    LearnedLaws learned = learn_in_enough(plain, current, of, simulator, control);
     out.learned = std::move(learned.laws);
     if (out.learned.empty()) return;
     current = std::move(learned.model);
@@ -378,6 +397,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.after.step = step;
   attach_parameters(out);
   note_dry_friction(out);
+  out.valves = compare_valves(current, with_events, simulator);
   judge_rest(out, before, named, experiment, simulator);
   note_test_rest(out, current, with_events, simulator);
   const std::vector<double> noise = noise_levels(experiment);

@@ -16,6 +16,7 @@
 
 #include "diagnosis/idim.h"
 #include "diagnosis/locate.h"
+#include "diagnosis/valve_comparison.h"
 #include "diagnosis/when.h"
 #include "ga/identify.h"
 #include "scenarios/scenario.h"
@@ -202,6 +203,8 @@ struct Diagnosis {
   std::vector<Estimate> all_recordings;
   std::vector<std::vector<Candidate>> rounds;
   std::optional<Idim> idim;  ///< the yardstick, where efforts are compared
+  /// The yardstick of joints whose valves give a flow, and what the final model has in its place.
+  std::vector<ValveComparison> valves;
   std::vector<EngineGain> engines;
   std::vector<Whiteness> whiteness;
   std::vector<Trace> traces;                    ///< of the first test recording

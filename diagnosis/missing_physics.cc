@@ -27,15 +27,15 @@ std::size_t searched_windows(const Experiment& experiment) {
 
 bool acts_at_a_joint(const EffectSpec& spec) { return effect_info(spec.effect).where == Where::joint; }
 
-/// Goes on with sets of effects where a rest remains.
+/// Goes on with sets of effects where a rest remains; `as`: what the checkpoint knows it by.
 void go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
-                     SetSearchOptions options, DiagnosisCheckpoint& saved, Diagnosis& out) {
+                     SetSearchOptions options, DiagnosisCheckpoint& saved, const std::string& as, Diagnosis& out) {
   if (!leaves_a_rest(found.model, experiment, found.simulator)) return;
   options.simulator = found.simulator;
   std::optional<SetSearchResult> sets;
-  if (!saved.restore_sets(before, experiment, found.simulator, sets)) {
+  if (!saved.restore_sets(as, before, experiment, found.simulator, sets)) {
     sets = search_sets(before, found.model, out.findings, experiment, options);
-    saved.store_sets(before.model, sets);
+    saved.store_sets(as, before.model, sets);
   }
   if (!sets) return;
   found.model = std::move(sets->model);
@@ -46,16 +46,37 @@ void go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const 
   append(out.notes, std::move(sets->notes));
 }
 
+/// Where the charts of speed against command show whole valves, several effects at one joint, the search begins with
+/// these and goes on with sets; what they have taken away is not looked for by one effect after the other. Whether any
+/// of it stands.
+bool begin_with_valves(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
+                       SetSearchOptions options, DiagnosisCheckpoint& saved, Diagnosis& out) {
+  std::erase_if(options.valves, [](const ValveStart& valve) { return valve.effects.size() < 2; });
+  if (options.valves.empty()) return false;
+  Diagnosis own;
+  go_on_with_sets(found, experiment, before, std::move(options), saved, "valves", own);
+  if (own.findings.empty()) return false;
+  append(out.findings, std::move(own.findings));
+  append(out.rounds, std::move(own.rounds));
+  append(out.notes, std::move(own.notes));
+  return true;
+}
+
 MissingPhysics search_in_these(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
-                               const SimulatorOptions& simulator, const RunControl& control, DiagnosisCheckpoint& saved,
-                               Diagnosis& out, const Report& report) {
+                               const std::vector<ValveStart>& valves, const SimulatorOptions& simulator,
+                               const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
+                               const Report& report) {
+  const auto progress = [&](double d) { report("sets of effects", 0.7 + 0.2 * d); };
+  MissingPhysics with_valves{before, simulator, out.before.step};
+  const auto in_all = [&](double d) { report("valves, then sets of effects", 0.35 + 0.55 * d); };
+  SetSearchOptions first{simulator, control, out.seed, in_all, {}, valves};
+  if (begin_with_valves(with_valves, experiment, before, std::move(first), saved, out)) return with_valves;
   Rounds rounds(scenario, experiment, control, saved, before, simulator, out, report);
   rounds.run();
   report("whether all are needed", 0.9);
   rounds.reconsider();
   MissingPhysics found{rounds.current, rounds.simulator, rounds.step};
-  const auto progress = [&](double d) { report("sets of effects", 0.7 + 0.2 * d); };
-  go_on_with_sets(found, experiment, before, {simulator, control, out.seed, progress}, saved, out);
+  go_on_with_sets(found, experiment, before, {simulator, control, out.seed, progress}, saved, "sets", out);
   return found;
 }
 
@@ -63,12 +84,12 @@ MissingPhysics search_in_these(const Scenario& scenario, const Experiment& exper
 MissingPhysics search_in_one_piece(const Scenario& scenario, const Experiment& experiment, const CurrentModel& before,
                                    const SimulatorOptions& simulator, const RunControl& control,
                                    DiagnosisCheckpoint& saved, Diagnosis& out, const Report& report) {
+  const std::vector<ValveStart> valves = valve_starts(before.model, experiment);
   const Experiment enough = thinned(experiment);
   if (enough.segments.size() == experiment.segments.size())
-    return search_in_these(scenario, experiment, before, simulator, control, saved, out, report);
-  CurrentModel start = before;
-  evaluate_at(start, before.fit.point, enough, simulator);
-  MissingPhysics found = search_in_these(scenario, enough, start, simulator, control, saved, out, report);
+    return search_in_these(scenario, experiment, before, valves, simulator, control, saved, out, report);
+  const CurrentModel start = seen_in(before, enough, simulator);
+  MissingPhysics found = search_in_these(scenario, enough, start, valves, simulator, control, saved, out, report);
   out.notes.push_back(
       fmt::format("missing physics was looked for in {} of {} windows, spread evenly over the train and "
                   "validate recordings; what was found was then fitted to all train windows",
@@ -157,7 +178,7 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
   SetSearchOptions further{found.simulator, control, out.seed,
                            [&](double) { report("effects of the whole arm", 0.9); }};
   further.skipped = acts_at_a_joint;
-  go_on_with_sets(found, experiment, before, further, saved, out);
+  go_on_with_sets(found, experiment, before, further, saved, "sets", out);
   return found;
 }
 

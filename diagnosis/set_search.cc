@@ -9,11 +9,14 @@
 #include <set>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/coarse.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/screen.h"
+#include "diagnosis/thinned.h"
 #include "diagnosis/where.h"
 #include "ga/sandwich.h"
+#include "physics/catalogue.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -27,16 +30,19 @@ constexpr double kIdleWindow = 8.0;       ///< log evidence under which an undet
 constexpr double kNotToldApart = 3.0;     ///< within which rivals are one class: 20 to 1
 constexpr double kLeastShareOfRest =
     0.1;  ///< that an effect must explain to be worth a fit, and a member to stay unconfirmed
-constexpr double kShareOfExcess = 0.25;   ///< of what stands above the noise at a joint, that its additions must
-constexpr double kClaimed = 0.5;          ///< probability of a class under which nothing is claimed
-constexpr std::size_t kRivalsFitted = 2;  ///< in each member's place
-constexpr int kSetDraws = 60;             ///< of block resamples
+constexpr double kShareOfExcess = 0.25;    ///< of what stands above the noise at a joint, that its additions must
+constexpr double kClaimed = 0.5;           ///< probability of a class under which nothing is claimed
+constexpr std::size_t kRivalsFitted = 2;   ///< in each member's place
+constexpr std::size_t kLookedAt = 15'000;  ///< train values that rank what is then fitted to all
+constexpr int kFinerIterations = 6;        ///< of a fit that only changes its step
+constexpr int kSetDraws = 60;              ///< of block resamples
 
 class SetSearch {
  public:
   SetSearch(const CurrentModel& plain, const CurrentModel& current, const std::vector<Finding>& findings,
             const Experiment& experiment, const SetSearchOptions& options)
       : experiment_(experiment),
+        looked_at_in_(thinned(experiment, kLookedAt)),
         options_(options),
         sets_(plain, experiment, options.simulator, options.control),
         standing_{{}, current} {
@@ -52,6 +58,7 @@ class SetSearch {
     if (sets_.validate().empty()) return std::nullopt;  // nothing to prove anything on
     if (!sets_.fit(standing_.model, kRefitIterations)) return std::nullopt;
     const Hypothesis before = standing_;
+    for (const ValveStart& valve : options_.valves) put_in_valve(valve);
     for (int round = 0; round < kMostSetRounds; ++round) {
       progress(0.6 * round / kMostSetRounds);
       if (!improve()) break;
@@ -62,10 +69,17 @@ class SetSearch {
     take_out_idle(0.6);
     const auto is_new = [&](const EffectSpec& spec) { return !holds(before, spec); };
     if (std::none_of(standing_.effects.begin(), standing_.effects.end(), is_new)) return std::nullopt;
-    finer_step();
+    const double step = needed_step();
+    const bool finer = step < sets_.simulator().max_step;
+    const bool matters = finer && step_matters(standing_.model, experiment_, sets_.simulator(), step);
+    if (matters) set_step(step);
     sets_.settle(standing_);
     sets_.fit(standing_.model, kRefitIterations);
     std::vector<Finding> findings = claimed();
+    if (finer && !matters) {
+      set_step(step);
+      sets_.fit(standing_.model, kFinerIterations);
+    }
     return SetSearchResult{standing_.model, std::move(findings), std::move(rounds_), std::move(notes_),
                            sets_.simulator()};
   }
@@ -105,6 +119,27 @@ class SetSearch {
       if (everything) return false;
       hopeless_.clear();
     }
+  }
+
+  /// A joint's whole valve as its chart shows it, the plain gain with it.
+  void put_in_valve(const ValveStart& valve) {
+    Hypothesis from = standing_;
+    CurrentModel& base = from.model;
+    for (std::size_t a = 0; a < base.space.size(); ++a) {
+      const Axis& axis = base.space.axes()[a];
+      const bool gain = axis.parameter == gain_of(base.model, valve.joint);
+      if (gain) base.fit.point[a] = std::clamp(axis.at(valve.gain), axis.lower, axis.upper);
+    }
+    std::vector<Move> moves;
+    for (const EffectSpec& spec : valve.effects) {
+      if (clashes(standing_.effects, spec) || (options_.skipped && options_.skipped(spec))) continue;
+      moves.push_back({start_at(base, experiment_, spec), 0.0});
+    }
+    if (!moves.empty()) put_in(moves, from);
+  }
+  static int gain_of(const PlantModel& model, int joint) {
+    const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
+    return drive.first + actuator_table()[static_cast<std::size_t>(drive.type)].roles.gain;
   }
 
   /// What makes sense only together: beside one move, the most promising others of its place that act on the same part
@@ -148,15 +183,19 @@ class SetSearch {
     how.skipped = [&](const EffectSpec& spec) {
       return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
     };
-    const CurrentModel& of = standing_.model;
-    const auto blocks = Problem(of.model, experiment_, of.space, sets_.simulator(), of.weights).layout(sets_.train());
+    const bool whole = looked_at_in_.segments.size() == experiment_.segments.size();
+    const CurrentModel of = whole ? standing_.model : seen_in(standing_.model, looked_at_in_, sets_.simulator());
+    const std::vector<int> train = looked_at_in_.with_role(Role::train);
+    const auto blocks = Problem(of.model, looked_at_in_, of.space, sets_.simulator(), of.weights).layout(train);
+    const double share =
+        static_cast<double>(of.fit.residual.size()) / static_cast<double>(standing_.model.fit.residual.size());
     const double now = of.fit.residual.squaredNorm();
     const std::vector<double> rest = energies(of.fit.residual, blocks);
     std::map<std::string, std::vector<Move>> out;
     std::set<NamedPlace> seen, worth;
     looked_at_.clear();
-    for (ScreenedEffect& s : screen_effects(of, experiment_, how)) {
-      const double gain = 0.5 * now * std::log(now / std::max(s.sum_of_squares, 1e-300));
+    for (ScreenedEffect& s : screen_effects(of, looked_at_in_, how)) {
+      const double gain = 0.5 * now / share * std::log(now / std::max(s.sum_of_squares, 1e-300));
       const bool worth_it =
           gain > kWorthPutting || largest_share(rest, energies(s.residual, blocks)) > kLeastShareOfRest;
       const NamedPlace here = place_of(s.spec);
@@ -210,10 +249,12 @@ class SetSearch {
 
   /// The set with these, fitted; kept if it has more evidence, the validate recordings do not speak against it, and
   /// each of them lies within its range.
-  bool put_in(const std::vector<Move>& moves) {
+  bool put_in(const std::vector<Move>& moves) { return put_in(moves, standing_); }
+  /// The same, its fit begun at the numbers of `from`, the standing set.
+  bool put_in(const std::vector<Move>& moves, const Hypothesis& from) {
     SetChange change;
     for (const Move& move : moves) change.in.push_back(move.effect.spec), change.own.push_back(move.effect.own);
-    std::optional<Hypothesis> next = sets_.changed(standing_, change, kSetIterations);
+    std::optional<Hypothesis> next = sets_.changed(from, change, kSetIterations);
     if (!next) return false;
     std::vector<Move> sound;
     for (const Move& move : moves) {
@@ -224,7 +265,7 @@ class SetSearch {
       else
         refused_.insert(place_of(move.effect.spec));
     }
-    if (sound.size() < moves.size()) return !sound.empty() && put_in(sound);
+    if (sound.size() < moves.size()) return !sound.empty() && put_in(sound, from);
     if (!(sets_.log_odds(*next, standing_) > kWorthPutting)) return false;
     if (sets_.heldout_difference(*next, standing_).speaks_against()) return false;
     standing_ = std::move(*next);
@@ -330,12 +371,13 @@ class SetSearch {
     return b > 0.0 ? 1.0 - a / b : 0.0;
   }
 
-  void finer_step() {
+  double needed_step() const {
     const CurrentModel& now = standing_.model;
-    const StepChoice step = choose_step(now.model, experiment_, sets_.simulator(), now.space.expand(now.fit.point));
-    if (step.step >= sets_.simulator().max_step) return;
-    sets_.set_step(step.step);
-    evaluate_at(standing_.model, std::vector<double>(now.fit.point), experiment_, sets_.simulator());
+    return choose_step(now.model, experiment_, sets_.simulator(), now.space.expand(now.fit.point)).step;
+  }
+  void set_step(double step) {
+    sets_.set_step(step);
+    evaluate_at(standing_.model, std::vector<double>(standing_.model.fit.point), experiment_, sets_.simulator());
   }
 
   // ---- what is claimed ----------------------------------------------------------------------------------------------
@@ -375,13 +417,13 @@ class SetSearch {
                                  [&](const EffectSpec& spec) { return place_of(spec) == place_of(member); });
     return static_cast<std::size_t>(at - standing_.effects.begin());
   }
-  Around around(std::size_t k) const {
-    const EffectSpec& member = standing_.effects[k];
+  Around around(std::size_t k) {
+    const EffectSpec member = standing_.effects[k];
     Around out;
     out.without = sets_.changed(standing_, {{}, {}, {place_of(member)}, {}, {}}, kSetIterations);
-    const auto known = rivals_.find(place_of(member));
-    if (!out.without || known == rivals_.end()) return out;
-    for (const Rival& rival : known->second) {
+    if (!out.without) return out;
+    if (rivals_.count(place_of(member)) == 0) look_for_rivals(member, *out.without);
+    for (const Rival& rival : rivals_[place_of(member)]) {
       const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
       const bool stands = out.without->model.model.find_effect_at(spec.effect, spec.place) >= 0;
       if (stands || clashes(out.without->effects, spec)) continue;
@@ -389,6 +431,20 @@ class SetSearch {
       if (set && sets_.ends_within(*set, spec)) out.rivals.push_back({spec, rival.own, std::move(*set)});
     }
     return out;
+  }
+  /// Of what was put in without a look at others: the best of its place beside all else.
+  void look_for_rivals(const EffectSpec& member, const Hypothesis& without) {
+    ScreenOptions how{sets_.simulator(), [&](const std::string& place) { return place == member.place; }};
+    how.skipped = [&](const EffectSpec& spec) {
+      return spec.effect == member.effect || clashes(without.effects, spec) ||
+             (options_.skipped && options_.skipped(spec));
+    };
+    std::vector<Move> moves{{{member, {}, {}, 0.0, {}, 0, 0.0, {}}, HUGE_VAL}};
+    for (ScreenedEffect& s : screen_effects(without.model, experiment_, how)) {
+      if (s.spec.recordings.empty()) moves.push_back({std::move(s), -s.sum_of_squares});
+    }
+    sort_by_gain(moves);
+    remember_rivals(moves);
   }
   /// Puts the rival of most evidence over the standing set in a member's place; whether there is one.
   bool exchange(const EffectSpec& member, Around& around) {
@@ -489,6 +545,7 @@ class SetSearch {
   }
 
   const Experiment& experiment_;
+  const Experiment looked_at_in_;  ///< as much of it as first looks need
   SetSearchOptions options_;
   Hypotheses sets_;
   Hypothesis standing_;

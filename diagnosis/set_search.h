@@ -5,9 +5,9 @@
 // then with others of its place on the same part of the way from command to reading. A set stays if it has more
 // evidence than the one before it and the validate recordings do not speak against it (hypothesis.h). What was added at
 // a joint must together remove a quarter of what the findings before left above the noise there, as a single effect
-// must (decide.h). At last every member is held against the set without it and against each rival in its place, all
-// fitted, over blocks of the recordings drawn again; what the validate recordings do not confirm stays in the model,
-// and is no finding.
+// must (decide.h). What the recordings show of valves directly goes in first, each joint's curve as a whole. At last
+// every member is held against the set without it and against each rival in its place, all fitted, over blocks of the
+// recordings drawn again; what the validate recordings do not confirm stays in the model, and is no finding.
 #pragma once
 
 #include <functional>
@@ -17,6 +17,7 @@
 
 #include "diagnosis/diagnosis.h"
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/valve_start.h"
 
 namespace lacuna {
 
@@ -34,6 +35,7 @@ struct SetSearchOptions {
   std::uint64_t seed = 1;
   std::function<void(double done)> progress = {};
   std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in
+  std::vector<ValveStart> valves = {};                  ///< put in first, each joint's whole
 };
 
 /// From `current`, whose effects beyond those of `plain` are those of `findings`, in order. Nothing where these stand

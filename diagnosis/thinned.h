@@ -10,7 +10,7 @@
 namespace lacuna {
 
 /// Values measured in train segments, all channels, that a search uses at most where windows can be left out.
-constexpr std::size_t kMostSearched = 100000;
+constexpr std::size_t kMostSearched = 30000;
 
 /// The experiment with the same share of every recording's train and validate segments, at least one of each, so that
 /// the train ones hold about `most` values; all of it where they hold no more.

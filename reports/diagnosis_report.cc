@@ -5,6 +5,7 @@
 
 #include "physics/catalogue.h"
 #include "physics/course.h"
+#include "physics/units.h"
 #include "reports/json.h"
 #include "reports/marks.h"
 #include "reports/replay_section.h"
@@ -383,6 +384,56 @@ Html idim_section(const Diagnosis& d) {
              "muted small");
 }
 
+/// A chart's speeds where it was seen at all.
+std::pair<std::vector<double>, std::vector<double>> seen_speeds(const ValveChart& chart) {
+  constexpr double kSeen = 0.2;  // s
+  std::pair<std::vector<double>, std::vector<double>> out;
+  for (std::size_t k = 0; k < chart.command.size(); ++k) {
+    if (chart.seen[k] < kSeen) continue;
+    out.first.push_back(chart.command[k]), out.second.push_back(chart.speed[k]);
+  }
+  return out;
+}
+
+/// Speed against command of one joint, recorded and simulated.
+Html valve_plot(const Scenario& scenario, const ValveComparison& valve, const std::string& position_unit) {
+  const auto [u, recorded] = seen_speeds(valve.recorded);
+  const auto [w, simulated] = seen_speeds(valve.simulated);
+  LinePlot plot;
+  plot.title = valve.recorded.name + ": speed against command";
+  plot.description = "Recorded speeds as points, those of the final model's simulations as a line.";
+  plot.x_label = "command", plot.x_unit = command_unit(scenario, valve.recorded.name);
+  plot.y_label = "speed", plot.y_unit = position_unit + "/s";
+  plot.curves = {{"recorded", u, recorded, Ink::measured, 1.4, false, true}, {"simulated", w, simulated, Ink::after}};
+  plot.zero_line = true;
+  return element("h3", element("code", text(valve.recorded.name))) + to_svg(plot);
+}
+
+/// Speed against command, and the map without any law beside the diagnosed model.
+Html valve_section(const Scenario& scenario, const Diagnosis& d) {
+  if (d.valves.empty()) return {};
+  const Role role = judged_role(d.after);
+  Table table({{"joint"}, {"diagnosed model", true}, {"map", true}, {"unit"}, {"delay (s)", true}, {"lag (s)", true}});
+  Html plots;
+  for (const ValveComparison& valve : d.valves) {
+    const ValveChart& chart = valve.recorded;
+    const std::string unit = residual_unit(scenario, &d, chart.name);
+    const auto of =
+        std::find_if(chart.rms.begin(), chart.rms.end(), [&](const auto& rms) { return rms.first == role; });
+    table.row({element("code", text(chart.name)), text(steady(entry_of(rms_in(d.after, role), chart.name))),
+               text(of == chart.rms.end() ? "" : steady(of->second)), text(unit), text(number(chart.delay, 2)),
+               text(number(chart.lag, 2))});
+    plots += valve_plot(scenario, valve, unit);
+  }
+  return table.html() +
+         paragraph(fmt::format("rms on the {} recordings. The map is a free curve of speed over command with one delay "
+                               "and one lag, fitted to the train recordings of each joint alone: it knows no law, no "
+                               "load and no other joint. A model that predicts worse has its valve wrong.",
+                               to_string(role)),
+                   "muted small") +
+         plots;
+}
+
 Html before_after_section(const Diagnosis& d) {
   TraceOptions options;
   options.leading = leading_joints(d);
@@ -433,6 +484,7 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
   page.section("Beside the base-parameter regression", idim_section(d));
+  page.section("Speed against command", valve_section(scenario, d));
   page.section("Whiteness of the residuals", whiteness_section(d.whiteness, leading_joints(d), changes_the_model(d)));
   page.section("What was tried", tried_section(d));
   page.section("Parameters", parameter_section(d.after.estimates, prefixes));

@@ -305,6 +305,26 @@ Json idim_of(const std::optional<Idim>& idim) {
           {"joints", joints}};
 }
 
+Json json_of(const ValveChart& chart) {
+  Json rms = Json::object();
+  for (const auto& [role, value] : chart.rms) rms[to_string(role)] = value;
+  const auto stop = [](double at) { return std::isfinite(at) ? Json(at) : Json(nullptr); };
+  return {{"delay", chart.delay},
+          {"lag", chart.lag},
+          {"command", chart.command},
+          {"speed", chart.speed},
+          {"seconds", chart.seen},
+          {"stops", {stop(chart.stops[0]), stop(chart.stops[1])}},
+          {"rms", rms}};
+}
+/// [joint]: speed against command as recorded, and as the final model simulates it.
+Json valves_of(const Diagnosis& diagnosis) {
+  Json out = Json::object();
+  for (const ValveComparison& v : diagnosis.valves)
+    out[v.recorded.name] = {{"recorded", json_of(v.recorded)}, {"simulated", json_of(v.simulated)}};
+  return out;
+}
+
 /// Which file holds what of which test recording.
 Json predictions_of(const Diagnosis& diagnosis) {
   Json out = Json::array();
@@ -347,6 +367,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"unexplained", unexplained_of(diagnosis.unexplained)},
       {"worse", diagnosis.worse},
       {"idim", idim_of(diagnosis.idim)},
+      {"speed_against_command", valves_of(diagnosis)},
       {"missing_effort", missing},
       {"whiteness", colours},
       {"fit",
