@@ -121,6 +121,22 @@ TEST(CoarseLook, KeepsTheOwnStepWhereAnythingLongerIsNone) {
   EXPECT_EQ(look.correction.squaredNorm(), 0.0);
 }
 
+TEST(CoarseLook, AStepMattersByWhatItChangesOfTheRest) {
+  const Concealed c(0.0025);
+  for (const double step : {0.005, 0.010, 0.020}) {
+    SimulatorOptions longer = c.at;
+    longer.max_step = step;
+    Problem problem(c.model, c.experiment, c.space, longer, c.current->weights);
+    const Eigen::VectorXd& rest = c.current->fit.residual;
+    const double change = (problem.residual(c.current->fit.point, c.train) - rest).squaredNorm() / rest.squaredNorm();
+    EXPECT_EQ(step_matters(*c.current, c.experiment, c.at, step), change > 0.01) << step << ": " << change;
+  }
+  const double chosen = coarse_enough(*c.current, c.experiment, c.at).max_step;
+  EXPECT_GE(chosen, c.at.max_step);
+  EXPECT_FALSE(chosen > c.at.max_step && step_matters(*c.current, c.experiment, c.at, chosen));
+  EXPECT_TRUE(2.0 * chosen > c.experiment.sample_period || step_matters(*c.current, c.experiment, c.at, 2.0 * chosen));
+}
+
 TEST(Judge, SaysOfEveryCandidateWhyNotInNumbers) {
   const Concealed c(0.005);
   Judge judge = c.judge();

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "diagnosis/baseline.h"
+#include "tests/diagnosis/valve_blocks.h"
 #include "tests/ga/plant_problems.h"
 
 namespace lacuna {
@@ -170,6 +171,35 @@ TEST(SetSearch, HoldsWhatWasFoundBeforeAgainstItsRivals) {
   ASSERT_NE(asymmetry, with->findings.end());
   EXPECT_TRUE(std::any_of(asymmetry->rivals.begin(), asymmetry->rivals.end(),
                           [](const Rival& r) { return r.effect == "valve_offset"; }));
+}
+
+TEST(SetSearch, BeginsWithTheWholeValveThatTheRecordingsShow) {
+  Scenario scenario = valve_block(worn_valve());
+  scenario.prediction = Windows{2.0};
+  scenario.identify = {{"gain", true, 0.2, 5.0, "test: identify.gain"}};
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  options.simulator = on("featherstone", 0.005);
+  options.step = options.simulator.max_step;
+  FitResult fit;
+  const CurrentModel plain = identify_plain(model, experiment, SearchSpace(model, scenario), options, fit);
+  SetSearchOptions with{options.simulator, {}, 1, {}, {}, valve_starts(model, experiment)};
+  // Alone, so that nothing but the start can have brought them.
+  with.skipped = [&](const EffectSpec& spec) {
+    return std::ranges::none_of(with.valves.front().effects,
+                                [&](const EffectSpec& e) { return e.effect == spec.effect; });
+  };
+  const auto found = search_sets(plain, plain, {}, experiment, with);
+  ASSERT_TRUE(found);
+  for (const char* name : {"valve_deadband", "valve_asymmetry", "actuator_saturation"}) {
+    EXPECT_GE(found->model.model.find_effect_at(name, "slide"), 0) << name;
+    EXPECT_TRUE(std::ranges::any_of(found->findings, [&](const Finding& f) { return f.effect == name; })) << name;
+  }
+  const int d = found->model.model.find("slide.valve_deadband.d");
+  ASSERT_GE(d, 0);
+  EXPECT_NEAR(found->model.space.expand(found->model.fit.point)[static_cast<std::size_t>(d)], 1.5, 0.1);
 }
 
 TEST(SetSearch, HasNothingToAddWhereNothingIsMissing) {

@@ -91,6 +91,19 @@ TEST(DiagnosisJson, LearnedLawHoldsEveryKeyOfTheContract) {
             Json({{"at", p.at}, {"value", p.value}, {"lower95", p.lower95}, {"upper95", p.upper95}}));
 }
 
+TEST(DiagnosisJson, HoldsSpeedAgainstCommandOfEveryValve) {
+  const Json out = Json::parse(to_json(sample::diagnosis(), sample::context()));
+  const Json& valve = out.at("speed_against_command").at("joint_2");
+  for (const char* of : {"recorded", "simulated"}) {
+    const Json& one = valve.at(of);
+    expect_keys(one, {"delay", "lag", "command", "speed", "seconds", "stops", "rms"});
+    EXPECT_EQ(one.at("speed"), Json({-0.2, 0.0, 0.0, 0.0, 0.3}));
+    EXPECT_EQ(one.at("seconds").size(), one.at("command").size());
+    EXPECT_EQ(one.at("stops"), Json({nullptr, 0.7}));
+    EXPECT_EQ(one.at("rms").at("test"), 0.01);
+  }
+}
+
 TEST(DiagnosisJson, SaysOfEveryJointWhatIsLeft) {
   Diagnosis d = sample::diagnosis();
   d.unexplained.per_joint = {{"joint_2", 4.0, 0.6}, {"joint_3", std::nan(""), 0.0}};

@@ -60,6 +60,17 @@ TEST(DiagnosisPage, OpensWithTheVerdict) {
   EXPECT_LT(verdict, page.find("<section"));
 }
 
+TEST(DiagnosisPage, DrawsSpeedAgainstCommand) {
+  const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
+  const std::size_t section = page.find("Speed against command");
+  ASSERT_NE(section, std::string::npos);
+  EXPECT_NE(page.find("joint_2: speed against command", section), std::string::npos);
+  Diagnosis without = sample::diagnosis();
+  without.valves.clear();
+  EXPECT_EQ(diagnosis_page(Scenario{}, without, sample::context(), {}).find("Speed against command"),
+            std::string::npos);
+}
+
 TEST(DiagnosisPage, SaysWhichRecordingsThePValueIsOf) {
   const std::string page = diagnosis_page(Scenario{}, sample::diagnosis(), sample::context(), {});
   EXPECT_NE(page.find("The p-value is of the gains on the train and the validate recordings together"),

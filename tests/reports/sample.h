@@ -83,6 +83,15 @@ inline MissingEffort missing_effort() {
   return m;
 }
 
+/// Of a valve with a dead zone and one stop.
+inline ValveComparison valve() {
+  ValveChart chart;
+  chart.name = "joint_2", chart.delay = 0.1, chart.command = {-2.0, -1.0, 0.0, 1.0, 2.0};
+  chart.speed = {-0.2, 0.0, 0.0, 0.0, 0.3}, chart.seen = {4.0, 2.0, 9.0, 2.0, 3.0};
+  chart.stops[1] = 0.7, chart.rms = {{Role::test, 0.01}};
+  return {chart, chart};
+}
+
 inline Trace trace(const std::string& joint) {
   Trace t{"test_1.csv", joint, "rad", {}, {}, {}, {}};
   for (int i = 0; i < 4000; ++i) {
@@ -110,6 +119,7 @@ inline Diagnosis diagnosis() {
   d.engines = {{"featherstone", true, "", d.before.rms[2].second, d.after.rms[2].second, 1.0},
                {"ode", false, "not built", {}, {}, 0.0}};
   d.missing = {missing_effort()};
+  d.valves = {valve()};
   d.whiteness = {{"joint_1", Role::test, 4000.0, {0.1, 0.05}, {0.1, 0.04}, 0.3, 0.3},
                  {"joint_2", Role::test, 4000.0, {0.9, 0.8}, {0.02, -0.01}, 0.0, 0.6}};
   d.traces = {trace("joint_1"), trace("joint_2")};
@@ -209,6 +219,7 @@ inline Diagnosis hostile_diagnosis() {
   m.joint = m.recording = m.regions.front().region = m.follows.front().quantity = attack;
   for (EffortChange& c : m.changes) c.recording = attack;
   for (Trace& t : d.traces) t.recording = t.joint = t.unit = attack;
+  for (ValveComparison& v : d.valves) v.recorded.name = v.simulated.name = attack;
   d.notes = {attack};
   return d;
 }
