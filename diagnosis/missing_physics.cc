@@ -27,23 +27,25 @@ std::size_t searched_windows(const Experiment& experiment) {
 
 bool acts_at_a_joint(const EffectSpec& spec) { return effect_info(spec.effect).where == Where::joint; }
 
-/// Goes on with sets of effects where a rest remains; `as`: what the checkpoint knows it by.
-void go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
+/// Goes on with sets of effects where a rest remains; `as`: what the checkpoint knows it by. Whether
+/// the model changed.
+bool go_on_with_sets(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
                      SetSearchOptions options, DiagnosisCheckpoint& saved, const std::string& as, Diagnosis& out) {
-  if (!leaves_a_rest(found.model, experiment, found.simulator)) return;
+  if (!leaves_a_rest(found.model, experiment, found.simulator)) return false;
   options.simulator = found.simulator;
   std::optional<SetSearchResult> sets;
   if (!saved.restore_sets(as, before, experiment, found.simulator, sets)) {
     sets = search_sets(before, found.model, out.findings, experiment, options);
     saved.store_sets(as, before.model, sets);
   }
-  if (!sets) return;
+  if (!sets) return false;
   found.model = std::move(sets->model);
   found.simulator = sets->simulator, found.step.step = found.simulator.max_step;
   evaluate_at(found.model, found.model.fit.point, experiment, found.simulator);  // as a resumed run has it
   out.findings = std::move(sets->findings);
   append(out.rounds, std::move(sets->rounds));
   append(out.notes, std::move(sets->notes));
+  return true;
 }
 
 /// Where the charts of speed against command show whole valves, several effects at one joint, the search begins with
@@ -119,6 +121,27 @@ bool one_effect_of_the_arm_suffices(const CurrentModel& before, const Experiment
   return !leaves_a_rest(with, experiment, simulator);
 }
 
+/// What acts on the whole arm beside what its parts have, looked for like all else in as many windows as that needs.
+void look_for_effects_of_the_arm(MissingPhysics& found, const Experiment& experiment, const CurrentModel& before,
+                                 const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
+                                 const Report& report) {
+  SetSearchOptions further{found.simulator, control, out.seed,
+                           [&](double) { report("effects of the whole arm", 0.9); }};
+  further.skipped = acts_at_a_joint;
+  const Experiment enough = thinned(experiment);
+  if (enough.segments.size() == experiment.segments.size()) {
+    go_on_with_sets(found, experiment, before, further, saved, "sets", out);
+    return;
+  }
+  const CurrentModel start = seen_in(before, enough, found.simulator);
+  MissingPhysics there{seen_in(found.model, enough, found.simulator), found.simulator, found.step};
+  if (!go_on_with_sets(there, enough, start, further, saved, "sets", out)) return;
+  found = std::move(there);
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  refit(found.model, experiment, found.simulator, quiet);
+}
+
 /// What the search in one part came to.
 struct SearchedPart {
   Experiment experiment;
@@ -175,10 +198,7 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
   }
   found.model = put_together(before, experiment, models, experiments, found.simulator);
   refit(found.model, experiment, found.simulator, quiet);
-  SetSearchOptions further{found.simulator, control, out.seed,
-                           [&](double) { report("effects of the whole arm", 0.9); }};
-  further.skipped = acts_at_a_joint;
-  go_on_with_sets(found, experiment, before, further, saved, "sets", out);
+  look_for_effects_of_the_arm(found, experiment, before, control, saved, out, report);
   return found;
 }
 

@@ -60,22 +60,22 @@ inline double from_search(Coordinate coordinate, double x) {
 
 /// What a typical size of a parameter is measured in; the experiment supplies the value (ga/search_space.h).
 enum class Scale {
-  ratio,        ///< 1
-  command,      ///< V
-  effort,       ///< N m: gain times command
-  time,         ///< 1 s
-  span,         ///< s, length of a recording
-  mass,         ///< kg, all moving links
-  velocity,     ///< rad/s
-  position,     ///< rad, rms about the mean
-  reach,        ///< rad, half the range travelled, counted from its middle
-  travel,       ///< rad, the range travelled
-  stiffness,    ///< N m/rad: effort over position
-  damping,      ///< N m s/rad: effort over velocity
-  drag,         ///< N m s^2/rad^2: effort over velocity squared
-  hardening,    ///< N m/rad^3: effort over position cubed
-  length,       ///< m, a tenth of the arm's stretched length: searched no further than that
-  inertia       ///< kg m^2: of all that moves with the joint, about its axis, joints at zero
+  ratio,      ///< 1
+  command,    ///< V
+  effort,     ///< N m: gain times command
+  time,       ///< 1 s
+  span,       ///< s, length of a recording
+  mass,       ///< kg, all moving links
+  velocity,   ///< rad/s
+  position,   ///< rad, rms about the mean
+  reach,      ///< rad, half the range travelled, counted from its middle
+  travel,     ///< rad, the range travelled
+  stiffness,  ///< N m/rad: effort over position
+  damping,    ///< N m s/rad: effort over velocity
+  drag,       ///< N m s^2/rad^2: effort over velocity squared
+  hardening,  ///< N m/rad^3: effort over position cubed
+  length,     ///< m, a tenth of the arm's stretched length: searched no further than that
+  inertia     ///< kg m^2: of all that moves with the joint, about its axis, joints at zero
 };
 
 struct ParameterInfo {

@@ -124,9 +124,9 @@ TEST(Rollout, DoesNotDependOnExtraSamplesWhereTheCommandStands) {
 
 /// A block whose valve sticks, lags and is late, driven through a whole recording.
 Scenario late_block() {
-  Scenario scenario =
-      driven_scenario(block_robot(), {actuator("slide", "torque_source", {{"gain", 1.0}, {"damping", 2.0}, {"stiffness", 0.0}})},
-                      sine_drive(1, 6.0, 0.01, 5.0), {{0.0}, {0.0}});
+  Scenario scenario = driven_scenario(
+      block_robot(), {actuator("slide", "torque_source", {{"gain", 1.0}, {"damping", 2.0}, {"stiffness", 0.0}})},
+      sine_drive(1, 6.0, 0.01, 5.0), {{0.0}, {0.0}});
   scenario.effects = {effect("input_delay", "slide", {{"T", 0.0437}}),
                       effect("valve_hysteresis", "slide", {{"h", 0.8}}), effect("actuator_lag", "slide", {{"T", 0.6}})};
   return scenario;
