@@ -52,9 +52,11 @@ bool can_act(const EffectInfo& info, const Hooks<double>& hooks, const CurrentMo
   return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
 }
 
+/// Index in the table of joint j's actuator, or -1.
+int drive_of(const CurrentModel& current, int j) { return current.model.actuators()[static_cast<std::size_t>(j)].type; }
 /// Whether joint j's actuator stands for a valve and a cylinder.
 bool is_hydraulic(const CurrentModel& current, int j) {
-  const int type = current.model.actuators()[static_cast<std::size_t>(j)].type;
+  const int type = drive_of(current, j);
   return type >= 0 && actuator_table()[static_cast<std::size_t>(type)].hydraulic;
 }
 
@@ -102,6 +104,7 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
       if (!can_act(info, hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
+      if (needs_flow(find_effect(info.name)) && !integrates_flow(drive_of(current, j))) continue;
       out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
     }
   }
@@ -195,7 +198,7 @@ bool yields_no_more(const PlantModel& model, int parameter) {
   const int joint = model.parameters()[static_cast<std::size_t>(parameter)].joint;
   if (joint < 0) return false;
   const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
-  if (drive.type < 0 || Actuators::hooks<double>()[static_cast<std::size_t>(drive.type)].flow == nullptr) return false;
+  if (!integrates_flow(drive.type)) return false;
   return std::any_of(model.effects().begin(), model.effects().end(), [&](const Component& effect) {
     return effect.first <= parameter && parameter < effect.first + effect.count &&
            Effects::hooks<double>()[static_cast<std::size_t>(effect.type)].taken != nullptr;

@@ -247,12 +247,6 @@ class ChartFit {
   ValveChart chart_;
 };
 
-/// Whether a drive that integrates the flow of its valve moves the joint.
-bool has_flow(const PlantModel& model, int joint) {
-  const int type = model.actuators()[static_cast<std::size_t>(joint)].type;
-  return type >= 0 && Actuators::hooks<double>()[static_cast<std::size_t>(type)].flow != nullptr;
-}
-
 }  // namespace
 
 ValveChart valve_chart(const Experiment& experiment, int joint, bool delay, bool lag) {
@@ -265,7 +259,8 @@ std::vector<ValveChart> valve_charts(const PlantModel& model, const Experiment& 
   for (int j = 0; j < model.dof(); ++j) {
     const auto at = static_cast<std::size_t>(j);
     const bool moves = experiment.command_rms[at] > 0.0 && experiment.position_reach[at] > 0.0;
-    if (has_flow(model, j) && moves && channel_of(experiment, j) < experiment.channels.size())
+    if (integrates_flow(model.actuators()[static_cast<std::size_t>(j)].type) && moves &&
+        channel_of(experiment, j) < experiment.channels.size())
       out.push_back(valve_chart(experiment, j, true, true));
   }
   return out;

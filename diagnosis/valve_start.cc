@@ -26,8 +26,8 @@ struct ValveShape {
 const std::vector<ValveShape>& shapes() {
   static const std::vector<ValveShape> all{{"valve_offset", {0.0}},
                                            {"valve_deadband", {0.05, 0.15, 0.3, 0.45}},
-                                           {"valve_asymmetry", {0.0}},
-                                           {"actuator_saturation", {2.0, 0.7, 0.4}}};
+                                           {"actuator_saturation", {2.0, 0.7, 0.4}},
+                                           {"valve_asymmetry", {0.0}}};
   return all;
 }
 using Subset = std::vector<std::size_t>;  ///< indices of shapes()

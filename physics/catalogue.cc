@@ -29,6 +29,14 @@ const std::vector<EffectInfo>& effect_table() {
 int find_actuator(const std::string& name) { return find_in(actuator_table(), name); }
 int find_effect(const std::string& name) { return find_in(effect_table(), name); }
 
+bool integrates_flow(int actuator) {
+  return actuator >= 0 && Actuators::hooks<double>()[static_cast<std::size_t>(actuator)].flow != nullptr;
+}
+bool needs_flow(int effect) {
+  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect)];
+  return hooks.taken != nullptr && hooks.effort == nullptr;
+}
+
 const ParameterInfo& leading_parameter(const EffectInfo& effect) {
   const auto& p = effect.parameters;
   return p.front().scale == Scale::reach && p.size() > 1 ? p[1] : p.front();

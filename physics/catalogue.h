@@ -76,6 +76,11 @@ const ParameterInfo& leading_parameter(const EffectInfo& effect);
 /// towards the 0 or the infinity that is its neutral value; the rest stay.
 double strengthened(const EffectInfo& effect, const ParameterInfo& p, double value, double factor);
 
+/// Whether an actuator (index in the table; -1: none) integrates the flow of its valve.
+bool integrates_flow(int actuator);
+/// Whether an effect acts on that flow alone: it means nothing to other actuators.
+bool needs_flow(int effect);
+
 /// Index in the table, or -1.
 int find_actuator(const std::string& name);
 int find_effect(const std::string& name);

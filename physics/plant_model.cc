@@ -240,6 +240,10 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   if (!fits) {
     throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
   }
+  if (needs_flow(type) && !integrates_flow(actuators_[static_cast<std::size_t>(*joint)].type)) {
+    throw InputError(spec.where, "effect " + quoted(spec.effect) + " at " + quoted(spec.place),
+                     "a joint whose actuator integrates the flow of its valve (flow_source)");
+  }
   const int others = count_apart(spec);
   const std::vector<EffectParameter> parameters =
       effect_parameters(info, *robot_, info.where == Where::arm ? -1 : *joint, values_of(spec));

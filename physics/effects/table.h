@@ -19,11 +19,13 @@
 #include "physics/effects/hysteresis_friction.h"
 #include "physics/effects/input_delay.h"
 #include "physics/effects/joint_compliance.h"
+#include "physics/effects/leakage.h"
 #include "physics/effects/learned_command.h"
 #include "physics/effects/learned_effort.h"
 #include "physics/effects/learned_reading.h"
 #include "physics/effects/lever_arm_variation.h"
 #include "physics/effects/load_dependent_friction.h"
+#include "physics/effects/orifice_load_dependence.h"
 #include "physics/effects/payload.h"
 #include "physics/effects/power_friction.h"
 #include "physics/effects/quadratic_damping.h"
@@ -47,12 +49,12 @@
 namespace lacuna {
 
 using Effects =
-    ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ValveAsymmetry, ActuatorSaturation,
-                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag, CoulombFriction,
-                  CoulombAsymmetry, StribeckFriction, LoadDependentFriction, HysteresisFriction, ViscousFriction,
-                  PowerFriction, QuadraticDamping, DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening,
-                  EndStop, GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature,
-                  BaseTilt, BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay,
-                  EffortScale, LearnedEffort>;
+    ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ActuatorSaturation, ValveAsymmetry,
+                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag,
+                  OrificeLoadDependence, Leakage, CoulombFriction, CoulombAsymmetry, StribeckFriction,
+                  LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction, QuadraticDamping,
+                  DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop, GearRipple, Backlash,
+                  JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt, BaseCompliance,
+                  SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale, LearnedEffort>;
 
 }  // namespace lacuna

@@ -4,7 +4,8 @@
 
 namespace lacuna {
 
-/// The two directions of a valve with unequal edges, or of a cylinder with unequal areas. Neutral at a = 0.
+/// The two directions of a cylinder with unequal areas, or of a valve with unequal edges: a gain, so it acts behind a
+/// saturation, and the two directions' largest speeds differ by it, too. Neutral at a = 0.
 struct ValveAsymmetry {
   static EffectInfo info() {
     EffectInfo info{"valve_asymmetry",

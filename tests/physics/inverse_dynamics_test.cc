@@ -194,12 +194,13 @@ EffectSpec at_its_start(const EffectInfo& info, const Robot& robot) {
 }
 
 TEST(MeasuredSignals, AreWhatTheyAreWhateverTheModelHolds) {
-  Scenario scenario = recorded_truth(pushed_rods(), sines_at(shaken_clock(), kPush));
+  const Scenario scenario = recorded_truth(pushed_rods(), sines_at(shaken_clock(), kPush));
   const Experiment bare = make_experiment(scenario);
   for (const EffectInfo& info : effect_table()) {
-    scenario.effects = {at_its_start(info, *scenario.robot)};
-    const PlantModel model(scenario);
-    const Experiment with = make_experiment(scenario);
+    Scenario holds = with_drives_for(info, scenario);
+    holds.effects = {at_its_start(info, *holds.robot)};
+    const PlantModel model(holds);
+    const Experiment with = make_experiment(holds);
     predict_one(model, with, on("featherstone", 0.005));
     EXPECT_TRUE(same_bits(with.segments[0].measured, bare.segments[0].measured)) << info.name;
     EXPECT_TRUE(same_bits(with.segments[0].motion->q, bare.segments[0].motion->q)) << info.name;

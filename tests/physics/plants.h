@@ -121,6 +121,14 @@ inline EffectSpec effect(const std::string& name, const std::string& place, std:
   return {name, place, std::move(parameters), std::move(recordings), "test: effects"};
 }
 
+/// The scenario with drives on which that effect can act: some act on drives alone that integrate their flow.
+inline Scenario with_drives_for(const EffectInfo& info, Scenario scenario) {
+  if (!needs_flow(find_effect(info.name))) return scenario;
+  for (ActuatorSpec& drive : scenario.actuators)
+    drive = actuator(drive.joint, "flow_source", {{"gain", 0.2}, {"stiffness", 400.0}, {"damping", 20.0}});
+  return scenario;
+}
+
 /// A scenario without recordings yet.
 inline Scenario bare_scenario(std::shared_ptr<const Robot> robot, std::vector<ActuatorSpec> actuators,
                               bool velocities = true) {
