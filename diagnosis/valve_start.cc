@@ -20,51 +20,60 @@ constexpr double kStiffStop = 100.0;    ///< typical sizes
 /// A number of an effect on the command, as searched here.
 struct ValveShape {
   const char* effect;
-  std::vector<double> starts;  ///< in units of the largest command
+  std::size_t number;          ///< which of the effect's; beyond its first only together with that
+  std::vector<double> starts;  ///< in units of the largest command, where it is a command
 };
 /// What bends a static curve of speed against command, in the order in which a command passes it.
 const std::vector<ValveShape>& shapes() {
-  static const std::vector<ValveShape> all{{"valve_offset", {0.0}},
-                                           {"valve_deadband", {0.05, 0.15, 0.3, 0.45}},
-                                           {"actuator_saturation", {2.0, 0.7, 0.4}},
-                                           {"valve_asymmetry", {0.0}}};
+  static const std::vector<ValveShape> all{{"valve_offset", 0, {0.0}},
+                                           {"valve_deadband", 0, {0.05, 0.15, 0.3, 0.45}},
+                                           {"actuator_saturation", 0, {2.0, 0.7, 0.4}},
+                                           {"actuator_saturation", 1, {8.0}},
+                                           {"valve_asymmetry", 0, {0.0}}};
   return all;
 }
 using Subset = std::vector<std::size_t>;  ///< indices of shapes()
 
-const EffectInfo& info_of_shape(std::size_t shape) {
-  return effect_table()[static_cast<std::size_t>(find_effect(shapes()[shape].effect))];
+const ParameterInfo& info_of(const ValveShape& shape) {
+  return effect_table()[static_cast<std::size_t>(find_effect(shape.effect))].parameters[shape.number];
 }
-bool is_relative(std::size_t shape) { return info_of_shape(shape).parameters.front().scale == Scale::ratio; }
 
-/// Gain, then the leading number of every shape of a subset, commands over the largest one.
+/// Gain, then the number of every shape of a subset, commands over the largest one.
 struct ValveCurve {
   Subset shapes_of;
   double largest = 1.0;
 
   double parameter(std::size_t k, const Eigen::VectorXd& x) const {
-    const std::size_t shape = shapes_of[k];
-    const ParameterInfo& p = info_of_shape(shape).parameters.front();
-    double value = x(static_cast<Eigen::Index>(k) + 1) * (is_relative(shape) ? 1.0 : largest);
+    const ParameterInfo& p = info_of(shapes()[shapes_of[k]]);
+    double value = x(static_cast<Eigen::Index>(k) + 1) * (p.scale == Scale::ratio ? 1.0 : largest);
     if (p.lower >= 0.0) value = std::fabs(value);
     return std::clamp(value, p.lower, p.upper);
   }
-  double passed(double u, const Eigen::VectorXd& x) const {
+  /// The effects with their numbers, in order; those that are no shapes neutral.
+  std::vector<std::pair<std::size_t, std::vector<double>>> effects(const Eigen::VectorXd& x) const {
+    std::vector<std::pair<std::size_t, std::vector<double>>> out;  // index in the table
+    for (std::size_t k = 0; k < shapes_of.size(); ++k) {
+      const ValveShape& shape = shapes()[shapes_of[k]];
+      const auto type = static_cast<std::size_t>(find_effect(shape.effect));
+      if (shape.number == 0) {
+        out.emplace_back(type, std::vector<double>{});
+        for (const ParameterInfo& info : effect_table()[type].parameters) out.back().second.push_back(info.neutral);
+      }
+      out.back().second[shape.number] = parameter(k, x);
+    }
+    return out;
+  }
+  static double passed(double u, const std::vector<std::pair<std::size_t, std::vector<double>>>& effects) {
     JointView<double> s;
     s.u = u;
-    for (std::size_t k = 0; k < shapes_of.size(); ++k) {
-      std::vector<double> p;
-      for (const ParameterInfo& info : info_of_shape(shapes_of[k]).parameters) p.push_back(info.neutral);
-      p.front() = parameter(k, x);
-      const auto type = static_cast<std::size_t>(find_effect(shapes()[shapes_of[k]].effect));
-      s.u = Effects::hooks<double>()[type].command(p.data(), s);
-    }
+    for (const auto& [type, p] : effects) s.u = Effects::hooks<double>()[type].command(p.data(), s);
     return s.u;
   }
   /// Speeds at the knots for a gain of 1.
   Eigen::VectorXd at(const std::vector<double>& commands, const Eigen::VectorXd& x) const {
+    const auto with = effects(x);
     Eigen::VectorXd out(static_cast<Eigen::Index>(commands.size()));
-    for (std::size_t k = 0; k < commands.size(); ++k) out(static_cast<Eigen::Index>(k)) = passed(commands[k], x);
+    for (std::size_t k = 0; k < commands.size(); ++k) out(static_cast<Eigen::Index>(k)) = passed(commands[k], with);
     return out;
   }
 };
@@ -127,6 +136,15 @@ FittedCurve fitted_curve(const ValveChart& chart, const Subset& subset) {
   return best;
 }
 
+/// Whether every further number stands right behind its effect's first.
+bool is_whole(const Subset& subset) {
+  for (std::size_t k = 0; k < subset.size(); ++k) {
+    const bool further = shapes()[subset[k]].number > 0;
+    if (further && (k == 0 || shapes()[subset[k - 1]].effect != std::string(shapes()[subset[k]].effect))) return false;
+  }
+  return true;
+}
+
 /// The fewest shapes that leave hardly more than all of them do.
 FittedCurve simplest_curve(const ValveChart& chart) {
   std::vector<FittedCurve> all;
@@ -134,7 +152,7 @@ FittedCurve simplest_curve(const ValveChart& chart) {
     Subset subset;
     for (std::size_t k = 0; k < shapes().size(); ++k)
       if (bits >> k & 1u) subset.push_back(k);
-    all.push_back(fitted_curve(chart, subset));
+    if (is_whole(subset)) all.push_back(fitted_curve(chart, subset));
   }
   double least = HUGE_VAL;
   for (const FittedCurve& f : all) least = std::min(least, f.energy);
@@ -145,13 +163,16 @@ FittedCurve simplest_curve(const ValveChart& chart) {
   });
 }
 
-/// An effect with all its numbers: the leading one given, the others neutral.
-EffectSpec with_leading(const std::string& effect, const std::string& place, double value) {
-  EffectSpec out{effect, place, {}, {}, effect};
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(effect))];
-  for (const ParameterInfo& p : info.parameters) out.parameters[p.name] = p.neutral;
-  out.parameters[info.parameters.front().name] = value;
+/// An effect (index in the table) with the numbers given, the others neutral.
+EffectSpec with_numbers(std::size_t type, const std::string& place, const std::vector<double>& given) {
+  const EffectInfo& info = effect_table()[type];
+  EffectSpec out{info.name, place, {}, {}, info.name};
+  for (std::size_t k = 0; k < info.parameters.size(); ++k)
+    out.parameters[info.parameters[k].name] = k < given.size() ? given[k] : info.parameters[k].neutral;
   return out;
+}
+EffectSpec with_leading(const std::string& effect, const std::string& place, double value) {
+  return with_numbers(static_cast<std::size_t>(find_effect(effect)), place, {value});
 }
 
 /// One stop, or two that are a travel apart, stiff beside all else.
@@ -164,13 +185,23 @@ std::optional<EffectSpec> stop_of(const ValveChart& chart, const std::string& pl
   return out;
 }
 
+/// Whether the drive takes up no more flow against this effect: then nobody can say how hard the contact is.
+bool stops_the_flow(const PlantModel& model, const EffectSpec& spec) {
+  const std::optional<int> joint = model.robot().find_joint(spec.place);
+  const auto type = static_cast<std::size_t>(find_effect(spec.effect));
+  return joint && integrates_flow(model.actuators()[static_cast<std::size_t>(*joint)].type) &&
+         Effects::hooks<double>()[type].taken != nullptr;
+}
+
 }  // namespace
 
 ScreenedEffect start_at(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec) {
   ScreenedEffect out{{spec.effect, spec.place, {}, spec.recordings, spec.where}, {}, {}, 0.0, {}, 0, 0.0, {}};
   const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(spec.effect))];
+  const bool stops_flow = stops_the_flow(current.model, spec);
   for (const ParameterInfo& p : info.parameters) {
-    if (p.optional && spec.parameters.at(p.name) == p.neutral) out.spec.parameters[p.name] = p.neutral;
+    const double value = spec.parameters.at(p.name);
+    if ((p.optional && value == p.neutral) || (stops_flow && p.least > 0.0)) out.spec.parameters[p.name] = value;
   }
   const PlantModel model = current.model.with_effects({out.spec});
   for (const Axis& axis : effect_axes(model, experiment, model.effects().back(), out.spec)) {
@@ -194,9 +225,8 @@ std::vector<ValveStart> valve_starts(const PlantModel& model, const Experiment& 
     const std::string& place = chart.name;
     ValveStart start{chart.joint, curve.x(0), {}};
     if (chart.delay > 0.0) start.effects.push_back(with_leading("input_delay", place, chart.delay));
-    for (std::size_t k = 0; k < curve.curve.shapes_of.size(); ++k)
-      start.effects.push_back(
-          with_leading(shapes()[curve.curve.shapes_of[k]].effect, place, curve.curve.parameter(k, curve.x)));
+    for (const auto& [type, numbers] : curve.curve.effects(curve.x))
+      start.effects.push_back(with_numbers(type, place, numbers));
     if (chart.lag > 0.0) start.effects.push_back(with_leading("actuator_lag", place, chart.lag));
     const double stiffness = typical_size(Scale::stiffness, model, experiment, chart.joint, model.values());
     if (std::optional<EffectSpec> stop = stop_of(chart, place, stiffness)) start.effects.push_back(std::move(*stop));

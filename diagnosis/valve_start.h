@@ -21,7 +21,7 @@ struct ValveStart {
 };
 
 /// `spec` with all its numbers given, as a search has it: those that are a law's optional shape fixed where they are
-/// neutral, the others free and begun at these.
+/// neutral, a contact's stiffness where the drive's flow ends at it, the others free and begun at these.
 ScreenedEffect start_at(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec);
 
 /// Of every joint that has a chart.

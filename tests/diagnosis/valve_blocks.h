@@ -37,8 +37,9 @@ inline std::vector<EffectSpec> worn_valve() {
 
 /// m/s, in the steady state.
 inline double speed_of_worn_valve(double u) {
-  const double open = std::copysign(std::max(std::fabs(u) - 1.5, 0.0), u), shape = open < 0.0 ? 0.7 * open : open;
-  return kValveGain * shape * std::pow(1.0 + std::pow(std::fabs(shape) / 2.0, 8.0), -1.0 / 8.0);
+  const double open = std::copysign(std::max(std::fabs(u) - 1.5, 0.0), u);
+  const double capped = open * std::pow(1.0 + std::pow(std::fabs(open) / 2.0, 8.0), -1.0 / 8.0);
+  return kValveGain * (capped < 0.0 ? 0.7 * capped : capped);
 }
 
 }  // namespace lacuna::test
