@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kNearlyAsGood = 1.05;  ///< energy left, over what the best of all leaves
 constexpr int kEvaluations = 200;       ///< of the chart's misfit, from one start
-constexpr double kStiffStop = 100.0;    ///< typical sizes
 
 /// A number of an effect on the command, as searched here.
 struct ValveShape {
@@ -175,12 +174,21 @@ EffectSpec with_leading(const std::string& effect, const std::string& place, dou
   return with_numbers(static_cast<std::size_t>(find_effect(effect)), place, {value});
 }
 
-/// One stop, or two that are a travel apart, stiff beside all else.
-std::optional<EffectSpec> stop_of(const ValveChart& chart, const std::string& place, double stiffness) {
+/// N m/rad (N/m), of a drive that integrates its flow; of the joint's usual size where the scenario gives it none.
+double oil_spring(const PlantModel& model, const Experiment& experiment, int joint) {
+  const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
+  const int stiffness = actuator_table()[static_cast<std::size_t>(drive.type)].roles.stiffness;
+  const double given = model.values()[static_cast<std::size_t>(drive.first + stiffness)];
+  return given > 0.0 ? given : typical_size(Scale::stiffness, model, experiment, joint, model.values());
+}
+
+/// One stop, or two that are a travel apart. The drive's flow ends there, so as stiff as its oil is stiff enough: what
+/// is stiffer asks for short steps, and moves nothing.
+std::optional<EffectSpec> stop_of(const ValveChart& chart, const std::string& place, double oil_spring) {
   const bool lower = std::isfinite(chart.stops[0]), upper = std::isfinite(chart.stops[1]);
   if (!lower && !upper) return std::nullopt;
   EffectSpec out = with_leading("end_stop", place, upper ? chart.stops[1] : chart.stops[0]);
-  out.parameters["k"] = (upper ? 1.0 : -1.0) * kStiffStop * stiffness;
+  out.parameters["k"] = (upper ? 1.0 : -1.0) * oil_spring;
   if (lower && upper) out.parameters["travel"] = chart.stops[1] - chart.stops[0];
   return out;
 }
@@ -228,8 +236,8 @@ std::vector<ValveStart> valve_starts(const PlantModel& model, const Experiment& 
     for (const auto& [type, numbers] : curve.curve.effects(curve.x))
       start.effects.push_back(with_numbers(type, place, numbers));
     if (chart.lag > 0.0) start.effects.push_back(with_leading("actuator_lag", place, chart.lag));
-    const double stiffness = typical_size(Scale::stiffness, model, experiment, chart.joint, model.values());
-    if (std::optional<EffectSpec> stop = stop_of(chart, place, stiffness)) start.effects.push_back(std::move(*stop));
+    if (std::optional<EffectSpec> stop = stop_of(chart, place, oil_spring(model, experiment, chart.joint)))
+      start.effects.push_back(std::move(*stop));
     out.push_back(std::move(start));
   }
   return out;
