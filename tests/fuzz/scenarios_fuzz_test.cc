@@ -85,6 +85,7 @@ noise: {position: 0.001}
 recordings:
   - {file: run.csv, role: train, from: 0.0, to: 0.02}
   - {file: run.csv, role: test}
+  - {file: other.csv, role: validate, stamps: header, with: [{file: more.csv, clock_offset: -0.5, time: s, prefix: x/}]}
 effects:
   - {effect: payload, where: arm, parameters: {m: {value: 3.5, ci95: [3, 4]}}, recordings: [run.csv]}
   - {effect: learned_effort, where: joint_1, over: [q], knots: [0, 1, 2, 3], values: [0, 1, 0, -1]}
@@ -96,6 +97,8 @@ prediction: {horizon: 0.2}
 )";
   std::filesystem::copy_file(kRoot / "scenarios/hydrolek/seed_table1.urdf", folder_ / "robot.urdf");
   write(folder_ / "run.csv", "t,u_1,u_2,q_1,q_2\n0,1,2,3,4\n0.01,1,2,3,4\n0.02,1,2,3,4\n0.03,1,2,3,4\n");
+  std::filesystem::copy_file(folder_ / "run.csv", folder_ / "other.csv");
+  write(folder_ / "more.csv", "s,p\n0.5,1\n0.51,2\n0.55,3\n");
   write(folder_ / "scenario.yaml", valid);
   ASSERT_NO_THROW(load_scenario(folder_ / "scenario.yaml"));
   Mutator mutate(kYamlTokens, 1);
