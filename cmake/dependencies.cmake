@@ -15,6 +15,10 @@ find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom urdfdom_headers)
 pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
+# Bags of ROS 2: databases, and what packs their chunks and messages.
+pkg_check_modules(SQLITE3 REQUIRED IMPORTED_TARGET sqlite3)
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 
 if(LACUNA_WITH_RENDER)
   find_library(OSMESA_LIBRARY OSMesa)

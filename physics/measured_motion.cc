@@ -96,20 +96,6 @@ std::vector<double> even_times(const std::vector<double>& time) {
   return out;
 }
 
-std::vector<double> resampled(const std::vector<double>& time, const std::vector<double>& signal,
-                              const std::vector<double>& at) {
-  const Present p = present(time, signal, {});
-  std::vector<double> out(at.size(), p.value.empty() ? 0.0 : p.value.front());
-  if (p.time.size() < 2) return out;
-  std::size_t i = 0;
-  for (std::size_t k = 0; k < at.size(); ++k) {
-    while (i + 2 < p.time.size() && p.time[i + 1] <= at[k]) ++i;
-    const double share = std::clamp((at[k] - p.time[i]) / (p.time[i + 1] - p.time[i]), 0.0, 1.0);
-    out[k] = share == 0.0 ? p.value[i] : p.value[i] + share * (p.value[i + 1] - p.value[i]);
-  }
-  return out;
-}
-
 FilterGain filter_gain(const ZeroPhaseLowPass& filter, int passes) {
   std::vector<double> x(4 * filter.reach() + 3, 0.0);
   x[x.size() / 2] = 1.0;

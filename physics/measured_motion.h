@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/filter.h"
+#include "scenarios/resample.h"
 
 namespace lacuna {
 
@@ -37,10 +38,6 @@ bool is_even(const std::vector<double>& time);
 
 /// Even times over the same span, as far apart as the samples are in the mean.
 std::vector<double> even_times(const std::vector<double>& time);
-
-/// `signal` at other times by straight lines between its samples (NaN ones are bridged, ends held).
-std::vector<double> resampled(const std::vector<double>& time, const std::vector<double>& signal,
-                              const std::vector<double>& at);
 
 /// An uneven clock is brought onto an even one on its own times: positions by cubics through the samples (with measured
 /// speeds as their slopes), all else by straight lines. Then positions and measured speeds are low-passed, speeds not

@@ -1,14 +1,16 @@
-// Recordings as MATLAB .mat, version 5 (v6) and its compressed form (v7), through matio.
+// Recordings as MATLAB .mat through matio: version 5 (v6) and its compressed form (v7), and 7.3 as far as matio goes.
 #include <fmt/format.h>
 #include <matio.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
 
+#include "scenarios/apart.h"
 #include "scenarios/error.h"
 #include "scenarios/mat_outline.h"
 #include "scenarios/recording_formats.h"
@@ -67,7 +69,7 @@ class MatReader {
         limits_(limits),
         bytes_(std::filesystem::file_size(file)),
         mat_(Mat_Open(file.c_str(), MAT_ACC_RDONLY), &Mat_Close) {
-    if (!mat_) refuse("", "no readable MATLAB file", "version 5 or 7 (save -v7)");
+    if (!mat_) refuse("", "no readable MATLAB file", "version 5, 7 or 7.3 (save -v7)");
   }
 
   Recording read() {
@@ -186,14 +188,112 @@ class MatReader {
   std::vector<Column> columns_;
 };
 
+/// A reading of version 7.3 may take so long (s), and a second more for so many bytes.
+constexpr double kFreeSeconds = 15.0, kBytesASecond = 4e6;
+
+/// Numbers and texts one after the other, between two processes of one program.
+class Parcel {
+ public:
+  explicit Parcel(std::string bytes = {}) : bytes_(std::move(bytes)) {}
+
+  void put(std::uint64_t x) { bytes_.append(reinterpret_cast<const char*>(&x), sizeof x); }
+  void put(std::string_view x) {
+    put(std::uint64_t{x.size()});
+    bytes_.append(x);
+  }
+  void put(const std::vector<double>& x) {
+    put(std::string_view(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(double)));
+  }
+
+  std::uint64_t number() {
+    std::uint64_t out = 0;
+    std::memcpy(&out, take(sizeof out).data(), sizeof out);
+    return out;
+  }
+  std::string_view text() { return take(number()); }
+  std::vector<double> numbers() {
+    const std::string_view raw = text();
+    std::vector<double> out(raw.size() / sizeof(double));
+    std::memcpy(out.data(), raw.data(), out.size() * sizeof(double));
+    return out;
+  }
+  std::string bytes() && { return std::move(bytes_); }
+
+ private:
+  std::string_view take(std::uint64_t bytes) {
+    if (bytes > bytes_.size() - at_) throw WorkError("a broken message between two processes");
+    const std::string_view out = std::string_view(bytes_).substr(at_, bytes);
+    at_ += bytes;
+    return out;
+  }
+
+  std::string bytes_;
+  std::size_t at_ = 0;
+};
+
+/// What the other process makes of the file: 0 and its columns, or 1 and a refusal.
+std::string packed_reading(const std::filesystem::path& file, const std::string& name, const RecordingLimits& limits) {
+  Parcel out;
+  try {
+    const Recording data = MatReader(file, name, limits).read();
+    out.put(std::uint64_t{0});
+    out.put(std::uint64_t{data.missing});
+    out.put(std::uint64_t{data.names.size()});
+    for (std::size_t c = 0; c < data.names.size(); ++c) out.put(data.names[c]), out.put(data.columns[c]);
+  } catch (const InputError& error) {
+    out = Parcel();
+    out.put(std::uint64_t{1});
+    out.put(std::string_view(error.what()));
+  } catch (const std::exception&) {  // no memory
+    out = Parcel();
+    out.put(std::uint64_t{1});
+    out.put(std::string_view(printable(name) + ": found more than memory holds, expected a smaller file"));
+  }
+  return std::move(out).bytes();
+}
+
+/// The same error again, from its text.
+[[noreturn]] void rethrow(std::string_view what) {
+  constexpr std::string_view kFound = ": found ", kInstead = ", expected ";
+  const std::size_t found = std::min(what.find(kFound), what.size());
+  const std::size_t instead = what.find(kInstead, found);
+  if (instead == std::string_view::npos) throw InputError(std::string(what), "an error", "none");
+  const std::size_t begin = found + kFound.size();
+  throw InputError(std::string(what.substr(0, found)), std::string(what.substr(begin, instead - begin)),
+                   std::string(what.substr(instead + kInstead.size())));
+}
+
+/// HDF5 believes what a file says of itself, and no outline of it is checked here: a process of its own reads it.
+Recording read_hdf5(const std::filesystem::path& file, const std::string& name, const RecordingLimits& limits) {
+  const auto bytes = static_cast<double>(std::filesystem::file_size(file));
+  ApartLimits apart;
+  apart.seconds = kFreeSeconds + bytes / kBytesASecond;
+  apart.memory = 3 * limits.bytes, apart.result = limits.bytes;
+  ApartOutcome outcome = run_apart([&] { return packed_reading(file, name, limits); }, apart);
+  if (!outcome.done)
+    throw InputError(printable(name), "a MATLAB 7.3 file that the HDF5 library cannot read (" + outcome.failure + ")",
+                     "an intact one (or save -v7)");
+  Parcel parcel(std::move(outcome.result));
+  if (parcel.number() != 0) rethrow(parcel.text());
+  Recording out;
+  out.file = name;
+  out.missing = parcel.number();
+  for (std::uint64_t columns = parcel.number(); columns > 0; --columns) {
+    out.names.emplace_back(parcel.text());
+    out.columns.push_back(parcel.numbers());
+  }
+  return out;
+}
+
 }  // namespace
 
 Recording read_mat(const std::filesystem::path& file, const std::string& name, const RecordingLimits& limits) {
-  check_mat_outline(file, name);
+  const MatForm form = check_mat_outline(file, name);
   // matio's log function is one per process.
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   Mat_LogInitFunc("lacuna", &ignore_log);
+  if (form == MatForm::hdf5) return read_hdf5(file, name, limits);
   return MatReader(file, name, limits).read();
 }
 

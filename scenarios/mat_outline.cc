@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <fstream>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,7 @@ constexpr std::size_t kMaxRank = 8;
 constexpr std::size_t kMaxFieldName = 256;
 /// Of one compressed variable: 128 million numbers.
 constexpr std::size_t kMaxInflated = std::size_t{1} << 30;
-const char* const kExpected = "a MATLAB file of version 5 or 7 (save -v7)";
+const char* const kExpected = "a MATLAB file of version 5, 7 or 7.3";
 
 /// Element types of the format.
 enum ElementType : std::uint32_t { kInt8 = 1, kInt32 = 5, kUint32 = 6, kMatrix = 14, kCompressed = 15 };
@@ -201,21 +202,26 @@ void check_variable(const Element& element, const Walker& walker) {
 
 }  // namespace
 
-void check_mat_outline(const std::filesystem::path& file, const std::string& name) {
+MatForm check_mat_outline(const std::filesystem::path& file, const std::string& name) {
   const std::string where = printable(name);
-  const std::string text = read_text_file(file, name, kExpected, std::filesystem::file_size(file));
-  if (text.size() < kHeaderBytes) throw InputError(where, fmt::format("{} bytes", text.size()), kExpected);
+  std::string text(kHeaderBytes, '\0');
+  std::ifstream head(file, std::ios::binary);
+  head.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (static_cast<std::size_t>(head.gcount()) < kHeaderBytes)
+    throw InputError(where, fmt::format("{} bytes", head.gcount()), kExpected);
   const bool big_endian = text[126] == 'M' && text[127] == 'I';
   if (!big_endian && !(text[126] == 'I' && text[127] == 'M')) throw InputError(where, "no MATLAB 5 header", kExpected);
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const int version = big_endian ? byte(124) << 8 | byte(125) : byte(125) << 8 | byte(124);
-  if (version == 0x0200) throw InputError(where, "a MATLAB 7.3 file (HDF5)", kExpected);
+  if (version == 0x0200) return MatForm::hdf5;
   if (version != 0x0100) throw InputError(where, fmt::format("format version 0x{:04x}", version), kExpected);
+  text = read_text_file(file, name, kExpected, std::filesystem::file_size(file));
   Walker walker(std::string_view(text).substr(kHeaderBytes), big_endian, where);
   while (!walker.at_end()) {
     const Element element = walker.next(false);
     check_variable(element, walker);
   }
+  return MatForm::five;
 }
 
 }  // namespace lacuna

@@ -23,10 +23,12 @@ struct Range {
   std::size_t begin = 0, end = 0;
 };
 
-/// "file:line" for CSV (a header, then one line a row), "file: value N" for MATLAB.
-std::string row_place(const std::string& file, std::size_t row) {
-  const bool csv = std::filesystem::path(file).extension() != ".mat";
-  return csv ? fmt::format("{}:{}", printable(file), row + 2) : fmt::format("{}: value {}", printable(file), row + 1);
+/// "file:line" for CSV (a header, then one line a row), "file: value N" for MATLAB and what was brought onto one clock.
+std::string row_place(const Recording& data, std::size_t row) {
+  const std::string extension = std::filesystem::path(data.file).extension().string();
+  const bool lines = !data.joined && extension != ".mat" && extension != ".MAT";
+  return lines ? fmt::format("{}:{}", printable(data.file), row + 2)
+               : fmt::format("{}: value {}", printable(data.file), row + 1);
 }
 
 const std::vector<double>& column_of(const Recording& data, const std::string& column, const std::string& where) {
@@ -57,7 +59,7 @@ void drop_unusable_cut_row(Recording& data, const ChannelSpecs& channels, std::v
 
 void check_clock(const Recording& data, const std::string& name, const std::vector<double>& time) {
   for (std::size_t i = 0; i < time.size(); ++i) {
-    const std::string where = row_place(data.file, i) + ": " + printable(name, 60);
+    const std::string where = row_place(data, i) + ": " + printable(name, 60);
     if (std::isnan(time[i])) throw InputError(where, "no time", "a number");
     if (i > 0 && !(time[i] > time[i - 1]))
       throw InputError(where, fmt::format("{} after {}", format_number(time[i]), format_number(time[i - 1])),
@@ -71,7 +73,7 @@ void check_period(const Recording& data, const std::vector<double>& time, const 
     // Times are decimal figures of limited length: their own rounding is no fault of the clock.
     const double rounding = 4e-16 * std::abs(time[i]);
     if (std::abs(step - period) > kPeriodTolerance * period + rounding)
-      throw InputError(row_place(data.file, i), fmt::format("a step of {:.6g} s", step),
+      throw InputError(row_place(data, i), fmt::format("a step of {:.6g} s", step),
                        fmt::format("the sample_period of {} s within 1 % (leave it out for irregular clocks)",
                                    format_number(period)));
   }
@@ -113,11 +115,16 @@ class Checker {
  private:
   std::shared_ptr<const Recording> load(const RecordingSpec& spec) {
     const auto path = resolve(scenario_, spec.file);
-    auto& shared = loaded_[std::filesystem::weakly_canonical(path).string()];
+    std::string key = std::filesystem::weakly_canonical(path).string();
+    for (const RecordingPart& part : spec.with) key += '\n' + part.file + '\n' + part.prefix;
+    auto& shared = loaded_[key];
     if (shared) return shared;
-    if (!std::filesystem::exists(std::filesystem::status(path)))
-      throw InputError(spec.where + ".file", "no file " + quoted(spec.file), "a recording (.csv or .mat)");
-    Recording data = read_recording(path, spec.file, limits_);
+    const auto parts = parts_of(scenario_, spec);
+    for (const auto& [file, part] : parts)
+      if (!std::filesystem::exists(std::filesystem::status(file)))
+        throw InputError(spec.where + ".file", "no file " + quoted(part.file), kRecordingKinds);
+    Recording data = read_recording(parts, limits_, column_use(scenario_.channels));
+    for (const std::string& note : data.notes) scenario_.notes.push_back(printable(spec.file) + ": " + note);
     if (scenario_.channels.time.empty()) scenario_.channels.time = data.names.front();
     drop_unusable_cut_row(data, scenario_.channels, scenario_.notes);
     column_of(data, scenario_.channels.time, scenario_.file.string() + ": channels.time");
@@ -143,9 +150,9 @@ class Checker {
       if (std::isnan(values[i])) {
         ++missing;
         if (kind == ChannelKind::command)
-          throw InputError(row_place(spec.file, i) + ": " + printable(name, 60), "no command", "a number");
+          throw InputError(row_place(*spec.data, i) + ": " + printable(name, 60), "no command", "a number");
       } else if (!std::isfinite(channel.scale * values[i] + channel.offset)) {
-        throw InputError(row_place(spec.file, i) + ": " + printable(name, 60), format_number(values[i]),
+        throw InputError(row_place(*spec.data, i) + ": " + printable(name, 60), format_number(values[i]),
                          "a value that stays finite when scaled");
       }
     }
@@ -174,6 +181,24 @@ class Checker {
 };
 
 }  // namespace
+
+ColumnUse column_use(const ChannelSpecs& channels) {
+  ColumnUse out;
+  out.time = channels.time;
+  for (const auto& [kind, joints] : channels.of)
+    for (const auto& [unused, spec] : joints)
+      (kind == ChannelKind::command ? out.commands : out.measured).insert(spec.column);
+  return out;
+}
+
+std::vector<std::pair<std::filesystem::path, RecordingPart>> parts_of(const Scenario& scenario,
+                                                                      const RecordingSpec& spec) {
+  RecordingPart first;
+  first.file = spec.file, first.log_times = spec.log_times;
+  std::vector<std::pair<std::filesystem::path, RecordingPart>> out{{resolve(scenario, spec.file), first}};
+  for (const RecordingPart& part : spec.with) out.emplace_back(resolve(scenario, part.file), part);
+  return out;
+}
 
 void load_and_check_recordings(Scenario& scenario, const RecordingLimits& limits) { Checker(scenario, limits).run(); }
 

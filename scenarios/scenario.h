@@ -91,6 +91,8 @@ struct RecordingSpec {
   std::optional<double> from, to;         ///< s, on the recording's own clock
   std::shared_ptr<const Recording> data;  ///< one load per file, shared
   std::string where;
+  bool log_times = false;             ///< `stamps: log`, of a bag: times of receipt in place of headers'
+  std::vector<RecordingPart> with{};  ///< further files of the same motion, brought onto this one's clock
 };
 
 /// What is compared with the recording.

@@ -21,7 +21,8 @@ const char* const kScenarioFormat = "lacuna-scenario/1";
 constexpr std::array kKinds{ChannelKind::command,   ChannelKind::position,       ChannelKind::velocity,
                             ChannelKind::effort,    ChannelKind::motor_position, ChannelKind::pressure_a,
                             ChannelKind::pressure_b};
-constexpr double kFirstGuess = 1.0;  // kg, of a load whose mass is not given
+constexpr std::size_t kMaxParts = 64;  // files beside a recording's first
+constexpr double kFirstGuess = 1.0;    // kg, of a load whose mass is not given
 constexpr std::array kRoles{Role::train, Role::validate, Role::test};
 
 double value_of_parameter(const YamlCursor& cursor) {
@@ -42,6 +43,15 @@ std::string inner_path(const YamlCursor& cursor, const Scenario& scenario) {
   if (!inside(scenario.folder(), resolve(scenario, written)))
     cursor.fail("a file in the scenario's folder or below it");
   return written;
+}
+
+/// `stamps` of a bag: whose times its clock is made of.
+bool takes_log_times(const YamlCursor& entry) {
+  const auto stamps = entry.find("stamps");
+  if (!stamps) return false;
+  const std::string word = stamps->text();
+  if (word != "log" && word != "header") stamps->fail("header or log");
+  return word == "log";
 }
 
 }  // namespace
@@ -222,8 +232,25 @@ void ScenarioParser::parse_noise(const YamlCursor& section) {
   }
 }
 
+/// One more file of a recording: its name, or a map.
+RecordingPart ScenarioParser::parse_part(const YamlCursor& entry) const {
+  RecordingPart part;
+  if (entry.is_scalar()) {
+    part.file = inner_path(entry, out_);
+    return part;
+  }
+  if (!entry.is_map()) entry.fail("a file, or {file, clock_offset, time, prefix, stamps}");
+  entry.expect_keys({"file", "clock_offset", "time", "prefix", "stamps"});
+  part.file = inner_path(entry.at("file"), out_);
+  if (const auto offset = entry.find("clock_offset")) part.clock_offset = offset->number();
+  if (const auto time = entry.find("time")) part.time = time->text();
+  if (const auto prefix = entry.find("prefix")) part.prefix = prefix->text();
+  part.log_times = takes_log_times(entry);
+  return part;
+}
+
 RecordingSpec ScenarioParser::parse_recording(const YamlCursor& entry) const {
-  entry.expect_keys({"file", "role", "from", "to"});
+  entry.expect_keys({"file", "role", "from", "to", "with", "stamps"});
   RecordingSpec spec;
   spec.where = entry.where();
   spec.file = inner_path(entry.at("file"), out_);
@@ -234,6 +261,12 @@ RecordingSpec ScenarioParser::parse_recording(const YamlCursor& entry) const {
   spec.role = *found;
   if (const auto from = entry.find("from")) spec.from = from->number();
   if (const auto to = entry.find("to")) spec.to = to->number();
+  spec.log_times = takes_log_times(entry);
+  if (const auto with = entry.find("with"))
+    for (const YamlCursor& item : with->items()) {
+      if (spec.with.size() == kMaxParts) item.fail(fmt::format("at most {} further files", kMaxParts));
+      spec.with.push_back(parse_part(item));
+    }
   if (spec.from && spec.to && !(*spec.from < *spec.to))
     throw InputError(spec.where, fmt::format("from {} to {}", format_number(*spec.from), format_number(*spec.to)),
                      "from before to");
@@ -246,6 +279,10 @@ void ScenarioParser::parse_recordings(const YamlCursor& section) {
     throw InputError(section.where(), "recordings but no channels.position", "the columns of the measured positions");
   for (const YamlCursor& entry : entries) {
     RecordingSpec spec = parse_recording(entry);
+    for (const RecordingSpec& other : out_.recordings)
+      if (other.file == spec.file && (other.log_times != spec.log_times || other.with != spec.with))
+        throw InputError(spec.where, quoted(spec.file) + " with other files, offsets or stamps than before",
+                         "the same wherever it is listed: it is one recording");
     for (const RecordingSpec& other : out_.recordings)
       if (other.file == spec.file && other.role == spec.role && other.from == spec.from && other.to == spec.to)
         throw InputError(spec.where, quoted(spec.file) + " a second time with the same role and range", "it once");

@@ -36,6 +36,7 @@ class ScenarioParser {
   void expect_recording(const std::string& file, const YamlCursor& at) const;
   void parse_events(const YamlCursor& entry, EventSpec::Kind kind);
   RecordingSpec parse_recording(const YamlCursor& entry) const;
+  RecordingPart parse_part(const YamlCursor& entry) const;
   void expect_joint(const std::string& name, const YamlCursor& at) const;
   void refuse_shared_columns() const;
   void note_overlaps();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "scenarios/bag.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "scenarios/learned_entry.h"
@@ -44,13 +45,7 @@ class Mover {
     const fs::path local = fs::relative(fs::weakly_canonical(source), fs::weakly_canonical(scenario_folder()));
     const fs::path target = folder_ / (stem_ + ".recordings") / local;
     std::error_code error;
-    if (fs::exists(source, error)) {
-      fs::create_directories(target.parent_path(), error);
-      fs::copy_file(source, target, fs::copy_options::overwrite_existing, error);
-      if (error)
-        throw WorkError("cannot copy " + printable(written) + " to " + printable(target.string()) + ": " +
-                        error.message());
-    }
+    if (fs::exists(source, error)) copy_recording(source, target);
     return relative(target);
   }
 
@@ -112,12 +107,26 @@ std::string noise_text(const Scenario& scenario) {
   return out.empty() ? out : "noise:\n" + out;
 }
 
+std::string part_text(const RecordingPart& part, const std::string& file) {
+  std::string out = "{file: " + yaml_scalar(file);
+  if (part.clock_offset) out += ", clock_offset: " + format_number(*part.clock_offset);
+  if (!part.time.empty()) out += ", time: " + yaml_scalar(part.time);
+  if (!part.prefix.empty()) out += ", prefix: " + yaml_scalar(part.prefix);
+  if (part.log_times) out += ", stamps: log";
+  return out + "}";
+}
+
 std::string recordings_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
   std::string out;
   for (const RecordingSpec& spec : scenario.recordings) {
     out += fmt::format("  - {{file: {}, role: {}", yaml_scalar(moved.at(spec.file)), to_string(spec.role));
     if (spec.from) out += ", from: " + format_number(*spec.from);
     if (spec.to) out += ", to: " + format_number(*spec.to);
+    if (spec.log_times) out += ", stamps: log";
+    std::string with;
+    for (const RecordingPart& part : spec.with)
+      with += (with.empty() ? "" : ", ") + part_text(part, moved.at(part.file));
+    if (!with.empty()) out += ", with: [" + with + "]";
     out += "}\n";
   }
   return out.empty() ? out : "recordings:\n" + out;
@@ -172,8 +181,13 @@ std::string motion_text(const MotionSpec& motion, const std::string& commands) {
 void save_scenario(const Scenario& scenario, const fs::path& file) {
   const Mover mover(scenario, file);
   std::map<std::string, std::string> moved;
-  for (const RecordingSpec& spec : scenario.recordings)
-    if (moved.count(spec.file) == 0) moved[spec.file] = mover.recording(spec.file);
+  const auto move = [&](const std::string& one) {
+    if (moved.count(one) == 0) moved[one] = mover.recording(one);
+  };
+  for (const RecordingSpec& spec : scenario.recordings) {
+    move(spec.file);
+    for (const RecordingPart& part : spec.with) move(part.file);
+  }
   const Eigen::Vector3d& g = scenario.gravity;
   std::string out =
       fmt::format("format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [{}, {}, {}]\n", yaml_scalar(scenario.name),

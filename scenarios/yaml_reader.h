@@ -35,6 +35,7 @@ class YamlCursor {
   bool is_map() const { return node_->kind == YamlNode::Kind::map; }
   bool is_list() const { return node_->kind == YamlNode::Kind::list; }
   bool is_scalar() const { return node_->kind == YamlNode::Kind::scalar; }
+  bool is_empty() const { return node_->text.empty() && node_->items.empty(); }  ///< null, "", [] or {}
 
   /// Throws InputError: found what stands here, expected `expected`.
   [[noreturn]] void fail(const std::string& expected) const;

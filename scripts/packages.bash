@@ -3,8 +3,9 @@
 # What every build needs.
 base_packages=(
   build-essential cmake ninja-build ccache pkg-config git ca-certificates
-  libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev libmatio-dev libpagmo-dev
-  libpng-dev libspdlog-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev nlohmann-json3-dev
+  libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev liblz4-dev libmatio-dev
+  libpagmo-dev libpng-dev libspdlog-dev libsqlite3-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev libzstd-dev
+  nlohmann-json3-dev
   libjs-dygraphs
 )
 # The other engines, pictures, benchmarks, runs over several machines and the Python module: what `minimal` does without.

@@ -2,110 +2,29 @@
 //
 // Deterministic: the same mutants every time. Meant for the sanitized build, useful in any.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <cmath>
-#include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <functional>
-#include <iterator>
-#include <random>
 #include <string>
 #include <vector>
 
-#include "scenarios/error.h"
 #include "scenarios/mjcf.h"
 #include "scenarios/scenario.h"
 #include "scenarios/yaml_reader.h"
+#include "tests/fuzz/mutants.h"
 #include "draft/draft.h"
 
 namespace lacuna {
 namespace {
 
-/// Mutants a text; each is independent of the others. Sanitized they take a few seconds.
-constexpr int kMutants = 3000;
-constexpr int kFileMutants = 1500;
-/// A mutant that takes longer than this has found a hole, even under sanitizers on a busy machine.
-constexpr auto kPatience = std::chrono::seconds(20);
-
-std::string read(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-const std::filesystem::path kRoot = LACUNA_SOURCE_DIR;
-
-/// Changes one to eight places of a text: bytes, chunks, numbers, and the tokens of its format.
-class Mutator {
- public:
-  Mutator(std::vector<std::string> tokens, std::uint64_t seed) : tokens_(std::move(tokens)), random_(seed) {}
-
-  std::string operator()(const std::string& valid) {
-    std::string text = valid;
-    for (int i = static_cast<int>(pick(8)) + 1; i > 0; --i) change(text);
-    return text;
-  }
-
- private:
-  std::size_t pick(std::size_t count) { return count == 0 ? 0 : random_() % count; }
-
-  void change(std::string& text) {
-    const std::size_t at = pick(text.size() + 1);
-    const std::size_t length = std::min(pick(24), text.size() - at);
-    switch (pick(8)) {
-      case 0: text.insert(at, 1, static_cast<char>(pick(256))); break;
-      case 1: text.erase(at, length); break;
-      case 2: text.insert(at, text.substr(pick(text.size() + 1), pick(64))); break;
-      case 3: text.insert(at, tokens_[pick(tokens_.size())]); break;
-      case 4: text.replace(at, length, tokens_[pick(tokens_.size())]); break;
-      case 5: text.resize(at); break;
-      case 6: text.insert(at, pick(200), at < text.size() ? text[at] : ' '); break;
-      default:
-        if (at < text.size()) text[at] = static_cast<char>(text[at] ^ (1 << pick(8)));
-    }
-  }
-
-  std::vector<std::string> tokens_;
-  std::mt19937_64 random_;
-};
-
-/// Runs `work`; fails on any exception but InputError, on messages of more than one line, and on slowness.
-bool survives(const std::function<void()>& work, const std::string& mutant) {
-  const auto start = std::chrono::steady_clock::now();
-  std::string wrong;
-  try {
-    work();
-  } catch (const InputError& error) {
-    for (const char c : std::string(error.what()))
-      if (static_cast<unsigned char>(c) < 0x20) wrong = std::string("a control character in: ") + error.what();
-  } catch (const std::exception& error) {
-    wrong = std::string("another exception: ") + error.what();
-  }
-  if (std::chrono::steady_clock::now() - start > kPatience) wrong = "too slow";
-  EXPECT_TRUE(wrong.empty()) << wrong << "\nfrom the input:\n" << mutant;
-  return wrong.empty();
-}
-
-std::filesystem::path scratch_folder() {
-  auto folder = std::filesystem::temp_directory_path() / ("lacuna_fuzz_" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
-  return folder;
-}
-
-void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
-}
-
-class Fuzz : public testing::Test {
- protected:
-  ~Fuzz() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::filesystem::path folder_ = scratch_folder();
-};
+using test::Fuzz;
+using test::kFileMutants;
+using test::kMutants;
+using test::kRoot;
+using test::Mutator;
+using test::read;
+using test::survives;
+using test::write;
 
 const std::vector<std::string> kYamlTokens{":",
                                            ": ",
@@ -166,6 +85,7 @@ noise: {position: 0.001}
 recordings:
   - {file: run.csv, role: train, from: 0.0, to: 0.02}
   - {file: run.csv, role: test}
+  - {file: other.csv, role: validate, stamps: header, with: [{file: more.csv, clock_offset: -0.5, time: s, prefix: x/}]}
 effects:
   - {effect: payload, where: arm, parameters: {m: {value: 3.5, ci95: [3, 4]}}, recordings: [run.csv]}
   - {effect: learned_effort, where: joint_1, over: [q], knots: [0, 1, 2, 3], values: [0, 1, 0, -1]}
@@ -177,6 +97,8 @@ prediction: {horizon: 0.2}
 )";
   std::filesystem::copy_file(kRoot / "scenarios/hydrolek/seed_table1.urdf", folder_ / "robot.urdf");
   write(folder_ / "run.csv", "t,u_1,u_2,q_1,q_2\n0,1,2,3,4\n0.01,1,2,3,4\n0.02,1,2,3,4\n0.03,1,2,3,4\n");
+  std::filesystem::copy_file(folder_ / "run.csv", folder_ / "other.csv");
+  write(folder_ / "more.csv", "s,p\n0.5,1\n0.51,2\n0.55,3\n");
   write(folder_ / "scenario.yaml", valid);
   ASSERT_NO_THROW(load_scenario(folder_ / "scenario.yaml"));
   Mutator mutate(kYamlTokens, 1);

@@ -3,14 +3,17 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "scenarios/scenario.h"
+#include "tests/scenarios/hdf5_mat_writer.h"
 #include "tests/scenarios/mat_writer.h"
 #include "tests/scenarios/support.h"
 
 namespace lacuna {
 namespace {
 
+using test::Hdf5MatWriter;
 using test::input_error;
 using test::MatWriter;
 using test::TemporaryFolder;
@@ -83,14 +86,110 @@ TEST(Mat, ServesAScenarioLikeCsv) {
 TEST(Mat, RefusesWhatIsNoRecording) {
   const TemporaryFolder folder;
   EXPECT_THAT(refusal(folder, "MATLAB?"),
-              HasSubstr("bad.mat: found 7 bytes, expected a MATLAB file of version 5 or 7"));
+              HasSubstr("bad.mat: found 7 bytes, expected a MATLAB file of version 5, 7 or 7.3"));
   EXPECT_THAT(refusal(folder, std::string(4096, 'x')), HasSubstr("found no MATLAB 5 header"));
   MatWriter none(false);
   EXPECT_THAT(refusal(folder, none.bytes()), HasSubstr("bad.mat: found no numeric vectors"));
   std::string newer = none.bytes();
   newer[124] = 0;
   newer[125] = 2;
-  EXPECT_THAT(refusal(folder, newer), HasSubstr("found a MATLAB 7.3 file (HDF5)"));
+  EXPECT_THAT(refusal(folder, newer), HasSubstr("bad.mat: found no numeric vectors"));
+}
+
+TEST(MatHdf5, ReadsVectorsOrOneStructOfThemPlainAndCompressed) {
+  for (const char* form : {"plain", "packed", "struct"}) {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "run.mat";
+    const std::vector<double> q{1, std::nan(""), 3};
+    {
+      Hdf5MatWriter writer(file);
+      if (form == std::string("struct")) {
+        writer.structure("log", {{"t", {0, 0.1, 0.2}}, {"q_1", q}});
+      } else {
+        const bool packed = form == std::string("packed");
+        writer.vector<double>("t", MAT_C_DOUBLE, MAT_T_DOUBLE, {0, 0.1, 0.2}, packed);
+        writer.vector<double>("q_1", MAT_C_DOUBLE, MAT_T_DOUBLE, q, packed);
+        writer.text("note", "a warm day");
+        writer.vector<double>("rate", MAT_C_DOUBLE, MAT_T_DOUBLE, {10});
+      }
+    }
+    const auto data = load_recording(file, "run.mat");
+    ASSERT_EQ(data->names.size(), 2u) << form;
+    EXPECT_EQ(data->columns[static_cast<std::size_t>(data->find("t"))], (std::vector<double>{0, 0.1, 0.2})) << form;
+    const auto& read = data->columns[static_cast<std::size_t>(data->find("q_1"))];
+    EXPECT_EQ(read[2], 3.0) << form;
+    EXPECT_TRUE(std::isnan(read[1])) << form;
+    EXPECT_EQ(data->missing, 1u) << form;
+    EXPECT_EQ(data->file, "run.mat");
+  }
+}
+
+TEST(MatHdf5, ReadsEveryNumericClass) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "run.mat";
+  {
+    Hdf5MatWriter writer(file);
+    writer.vector<double>("d", MAT_C_DOUBLE, MAT_T_DOUBLE, {1.5, -2.5});
+    writer.vector<float>("f", MAT_C_SINGLE, MAT_T_SINGLE, {1.5f, -2.5f});
+    writer.vector<std::int8_t>("i8", MAT_C_INT8, MAT_T_INT8, {-1, 2});
+    writer.vector<std::uint8_t>("u8", MAT_C_UINT8, MAT_T_UINT8, {1, 255});
+    writer.vector<std::int16_t>("i16", MAT_C_INT16, MAT_T_INT16, {-300, 300});
+    writer.vector<std::uint16_t>("u16", MAT_C_UINT16, MAT_T_UINT16, {1, 65535});
+    writer.vector<std::int32_t>("i32", MAT_C_INT32, MAT_T_INT32, {-70000, 70000});
+    writer.vector<std::uint32_t>("u32", MAT_C_UINT32, MAT_T_UINT32, {1, 4000000000u});
+    writer.vector<std::int64_t>("i64", MAT_C_INT64, MAT_T_INT64, {-5, 1'700'000'000'000});
+    writer.vector<std::uint64_t>("u64", MAT_C_UINT64, MAT_T_UINT64, {5, 1'700'000'000'000});
+  }
+  const std::map<std::string, std::vector<double>> expected{
+      {"d", {1.5, -2.5}},  {"f", {1.5, -2.5}},       {"i8", {-1, 2}},   {"u8", {1, 255}},      {"i16", {-300, 300}},
+      {"u16", {1, 65535}}, {"i32", {-70000, 70000}}, {"u32", {1, 4e9}}, {"i64", {-5, 1.7e12}}, {"u64", {5, 1.7e12}}};
+  const auto data = load_recording(file, "run.mat");
+  EXPECT_EQ(data->names.size(), expected.size());
+  for (const auto& [name, values] : expected)
+    EXPECT_EQ(data->columns.at(static_cast<std::size_t>(data->find(name))), values) << name;
+}
+
+TEST(MatHdf5, RefusesWhatIsNoRecordingInTheSameWordsAsOtherVersions) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "bad.mat";
+  const auto refused = [&](auto&& fill) {
+    {
+      Hdf5MatWriter writer(file);
+      fill(writer);
+    }
+    return input_error([&] { load_recording(file, "bad.mat"); });
+  };
+  EXPECT_THAT(refused([](Hdf5MatWriter& w) { w.text("note", "nothing"); }),
+              HasSubstr("bad.mat: found no numeric vectors"));
+  EXPECT_THAT(refused([](Hdf5MatWriter& w) {
+                w.vector<double>("t", MAT_C_DOUBLE, MAT_T_DOUBLE, {0, 1, 2});
+                w.vector<double>("q", MAT_C_DOUBLE, MAT_T_DOUBLE, {0, 1});
+              }),
+              HasSubstr("bad.mat: q: found 2 values, expected 3"));
+  EXPECT_THAT(refused([](Hdf5MatWriter& w) {
+                w.array<double>("q", MAT_C_DOUBLE, MAT_T_DOUBLE, {1, 2, 3, 4, 5, 6}, 2);
+              }),
+              HasSubstr("bad.mat: q: found an array of 3 x 2"));
+  EXPECT_THAT(refused([](Hdf5MatWriter& w) {
+                w.vector<double>("q", MAT_C_DOUBLE, MAT_T_DOUBLE, {0, std::numeric_limits<double>::infinity()});
+              }),
+              HasSubstr("bad.mat: q: found an infinite value at 2"));
+}
+
+/// Cut off anywhere it is refused, whatever the library makes of it.
+TEST(MatHdf5, CutOffIsRefused) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "run.mat";
+  {
+    Hdf5MatWriter writer(file);
+    writer.vector<double>("t", MAT_C_DOUBLE, MAT_T_DOUBLE, std::vector<double>(500, 1.0));
+  }
+  const auto whole = std::filesystem::file_size(file);
+  for (const std::uintmax_t bytes : {whole / 8, whole / 4, whole / 2, whole * 9 / 10}) {
+    std::filesystem::copy_file(file, folder.path() / "bad.mat", std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::resize_file(folder.path() / "bad.mat", bytes);
+    EXPECT_FALSE(input_error([&] { load_recording(folder.path() / "bad.mat", "bad.mat"); }).empty()) << bytes;
+  }
 }
 
 TEST(Mat, RefusesVectorsThatDoNotFitTogether) {

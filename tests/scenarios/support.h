@@ -11,6 +11,7 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "scenarios/error.h"
 #include "scenarios/scenario.h"
@@ -58,6 +59,11 @@ std::string input_error(Work&& work) {
   }
   ADD_FAILURE() << "no InputError";
   return "";
+}
+
+/// A column by its name; throws where there is none.
+inline const std::vector<double>& column(const Recording& data, const std::string& name) {
+  return data.columns.at(static_cast<std::size_t>(data.find(name)));
 }
 
 /// `text` with the one occurrence of `from` replaced.
