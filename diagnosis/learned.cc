@@ -216,8 +216,8 @@ class Learner {
     Fitted(Learnable l, Hypothesis h) : law(std::move(l)), set(std::move(h)) {}
   };
   /// The law and the parameters beside it in full simulation: the curve is learned again about the motion with it until
-  /// it stands; a step that leaves more is halved.
-  std::optional<Fitted> fitted(const Learnable& start, const Hypothesis& base) const {
+  /// it stands, on at most `finest` knots; a step that leaves more is halved.
+  std::optional<Fitted> fitted(const Learnable& start, const Hypothesis& base, int finest = kMostKnots) const {
     std::optional<Fitted> best;
     Learnable tried = start;
     for (int k = 0, halved = 0; k < kBends; ++k) {
@@ -235,7 +235,8 @@ class Learner {
       bend(about, &best->law, tried);
       if (!std::isfinite(tried.evidence)) break;
       best->law.evidence = tried.evidence, best->law.occam = tried.occam, best->law.errors = tried.errors;
-      if (!refine(about, best->law, tried) && stands) break;
+      const bool finer = 2 * tried.over.knots <= finest && refine(about, best->law, tried);
+      if (!finer && stands) break;
     }
     return best;
   }
@@ -353,14 +354,15 @@ class Learner {
   }
 
   /// Takes a named effect out where the last law, learned anew without it, does what both did: where the effect takes
-  /// less from the validate recordings' rest than a finding must.
+  /// less from the validate recordings' rest than a finding must. A curve that needs many more knots for that has not
+  /// made the name needless: fine enough, it is any friction.
   bool drop_if_needless(const NamedPlace& name) {
     Kept& law = kept_.back();
     SetChange without;
     without.out = {name, place_of_law(law.law)};
     const std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
     if (!base) return false;
-    std::optional<Fitted> found = fitted(law.law, *base);
+    std::optional<Fitted> found = fitted(law.law, *base, 2 * law.law.over.knots);
     if (!found) return false;
     const HeldoutDifference says = sets_.heldout_difference(standing_, found->set);
     if (says.speaks_for() && says.share >= kLeastTaken) return false;
