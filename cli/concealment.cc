@@ -123,6 +123,7 @@ Scenario handed_over(const Scenario& given, const Scenario& runs, const Experime
     for (std::size_t r = 0; r < runs.recordings.size(); ++r)
       if (csv_name(runs.recordings[r].file) == csv_name(spec.file)) spec.data = recordings[r];
     spec.file = csv_name(spec.file);
+    spec.with.clear(), spec.log_times = false;  // the new file has one clock
   }
   for (EffectSpec& effect : out.effects)
     for (std::string& file : effect.recordings) file = csv_name(file);

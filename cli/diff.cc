@@ -126,11 +126,10 @@ void add_diff(CLI::App& app, Session& session) {
       app, session, "diff",
       "Two sets of recordings of one machine (before and after, unit 1 and unit 2): what they have in common, what\n"
       "changed, where, with which probability. A and B are scenarios that differ in their recordings alone, or, with\n"
-      "--scenario, recordings that are read with that scenario's channels and model: a folder (its .csv and .mat "
-      "files\n"
-      "by name), one file, a .txt list of files, or several of these with commas. Of three files or more the last is\n"
-      "test, the one before it validate, the others train; of two the second is halved into validate and test; a lone\n"
-      "one is cut at 60 and 80 % of its time into train, validate and test.\n"
+      "--scenario, recordings that are read with that scenario's channels and model: a folder (its .csv, .mat, .db3\n"
+      "and .mcap files and bags, by name), one file, a .txt list of files, or several of these with commas. Of three\n"
+      "files or more the last is test, the one before it validate, the others train; of two the second is halved into\n"
+      "validate and test; a lone one is cut at 60 and 80 % of its time into train, validate and test.\n"
       "Writes diff.json, report.html, and each set's diagnosis below a/ and b/, to -o DIR, else out/<A>-<B>;\n"
       "interrupted, the same command resumes",
       "lacuna diff before/scenario.yaml after/scenario.yaml -o out/repair\n"

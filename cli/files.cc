@@ -10,8 +10,10 @@
 #include <set>
 
 #include "cli/command.h"
+#include "scenarios/bag.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
+#include "scenarios/recording_check.h"
 #include "scenarios/scenario_parser.h"
 
 namespace lacuna {
@@ -59,10 +61,7 @@ void copy_in(const fs::path& source, const fs::path& target) {
   std::error_code error;
   if (fs::equivalent(source, target, error)) return;
   make_parent_folder(target);
-  fs::copy_file(source, target, fs::copy_options::overwrite_existing, error);
-  if (error)
-    throw WorkError("cannot copy " + quoted(source.string()) + " to " + quoted(target.string()) + ": " +
-                    error.message());
+  copy_recording(source, target);
 }
 
 /// Name of the identified robot's file: never the one that was read.
@@ -83,10 +82,14 @@ std::vector<std::string> write_model_files(const fs::path& folder, const std::st
                                            Scenario scenario, std::span<const double> link_masses) {
   refuse_overwriting(source.file, folder / yaml_name);
   std::map<std::string, std::string> moved;
+  const auto bring = [&](std::string& file) {
+    const std::string inner = inner_path(source, file).generic_string();
+    if (moved.emplace(file, inner).second) copy_in(resolve(source, file), folder / inner);
+    file = inner;
+  };
   for (RecordingSpec& spec : scenario.recordings) {
-    const std::string inner = inner_path(source, spec.file).generic_string();
-    if (moved.emplace(spec.file, inner).second) copy_in(resolve(source, spec.file), folder / inner);
-    spec.file = inner;
+    bring(spec.file);
+    for (RecordingPart& part : spec.with) bring(part.file);
   }
   for (EffectSpec& effect : scenario.effects) {
     for (std::string& file : effect.recordings) {
@@ -106,11 +109,12 @@ std::string fingerprint(const Scenario& scenario, const std::vector<std::string>
   hash.add_file(scenario.file);
   hash.add_file(resolve(scenario, scenario.robot_file));
   std::set<std::string> seen;
-  for (const RecordingSpec& spec : scenario.recordings) {
-    if (!seen.insert(spec.file).second) continue;
-    hash.add(spec.file);
-    hash.add_file(resolve(scenario, spec.file));
-  }
+  for (const RecordingSpec& spec : scenario.recordings)
+    for (const auto& [path, part] : parts_of(scenario, spec)) {
+      if (!seen.insert(part.file).second) continue;
+      hash.add(part.file);
+      for (const fs::path& file : recording_files(path, part.file)) hash.add_file(file);
+    }
   std::string out = fmt::format("lacuna {} data {}", version(), hash.str());
   for (const std::string& word : words) out += " " + word;
   return out;

@@ -12,10 +12,13 @@
 #include "cli/command.h"
 #include "physics/plant_model.h"
 #include "reports/json_text.h"
+#include "scenarios/bag.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "scenarios/mjcf.h"
+#include "scenarios/recording_formats.h"
 #include "scenarios/text.h"
+#include "draft/columns.h"
 #include "draft/draft.h"
 
 namespace lacuna {
@@ -35,6 +38,7 @@ struct Placed {
   fs::path source;
   std::string name;  ///< as the scenario writes it
   bool copied = false;
+  std::vector<Placed> with = {};  ///< files joined to it
 };
 
 std::string relative_to(const fs::path& folder, const fs::path& file) {
@@ -43,24 +47,87 @@ std::string relative_to(const fs::path& folder, const fs::path& file) {
   return error || out.empty() ? fs::absolute(file).generic_string() : out.generic_string();
 }
 
-std::vector<Placed> place(const fs::path& folder, const std::vector<std::string>& recordings) {
-  std::vector<Placed> out;
-  std::set<std::string> taken;
-  for (const std::string& file : recordings) {
-    Placed one{file, "", !inside(folder, file)};
-    one.name = one.copied ? one.source.filename().string() : relative_to(folder, file);
+/// "bag+valves.csv": files of one motion. A file that has a + in its name is that file.
+std::vector<std::string> joined_files(const std::string& word) {
+  std::error_code ignored;
+  std::vector<std::string> out;
+  if (fs::exists(word, ignored)) return {word};
+  for (std::size_t begin = 0; begin <= word.size();) {
+    const std::size_t end = std::min(word.find('+', begin), word.size());
+    out.push_back(word.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return out;
+}
+
+class Placer {
+ public:
+  explicit Placer(const fs::path& folder) : folder_(folder) {}
+
+  /// A word of the command line: a recording, or several files joined by +.
+  Placed word(const std::string& text) {
+    const std::vector<std::string> files = joined_files(text);
+    Placed out = file(files.front());
+    for (std::size_t i = 1; i < files.size(); ++i) out.with.push_back(file(files[i]));
+    return out;
+  }
+
+ private:
+  Placed file(const std::string& written) {
+    Placed one{written, "", !inside(folder_, written)};
+    if (one.source.filename().empty()) one.source = one.source.parent_path();  // a bag's folder as "run/"
+    one.name = one.copied ? one.source.filename().string() : relative_to(folder_, one.source);
     const fs::path wanted = one.name;
-    for (int again = 2; !taken.insert(one.name).second; ++again) {
-      if (!one.copied) throw InputError("RECORDING", quoted(file) + " twice", "each recording once");
+    for (int again = 2; !taken_.insert(one.name).second; ++again) {
+      if (!one.copied) throw InputError("RECORDING", quoted(written) + " twice", "each recording once");
       one.name = fmt::format("{}_{}{}", wanted.stem().string(), again, wanted.extension().string());
     }
-    out.push_back(one);
+    return one;
   }
+
+  fs::path folder_;
+  std::set<std::string> taken_;
+};
+
+std::vector<Placed> place(const fs::path& folder, const std::vector<std::string>& recordings) {
+  std::vector<Placed> out;
+  Placer placer(folder);
+  for (const std::string& word : recordings) out.push_back(placer.word(word));
+  return out;
+}
+
+/// A recording and the files joined to it.
+std::vector<Placed> all_files(const std::vector<Placed>& placed) {
+  std::vector<Placed> out;
+  for (const Placed& one : placed) {
+    out.push_back(one);
+    out.insert(out.end(), one.with.begin(), one.with.end());
+  }
+  return out;
+}
+
+/// Every topic and file on one clock, as the scenario to be written will use its columns.
+DraftRecording read_placed(const Placed& one, const Robot& robot) {
+  RecordingPart first;
+  first.file = one.source.string();
+  std::vector<std::pair<fs::path, RecordingPart>> parts{{one.source, first}};
+  DraftRecording out{one.name, nullptr, {}};
+  for (const Placed& more : one.with) {
+    RecordingPart part;
+    part.file = more.source.string();
+    parts.emplace_back(more.source, part);
+    part.file = more.name;
+    out.with.push_back(part);
+  }
+  Recording data = read_recording(parts, {}, {});
+  if (data.joined) data = read_recording(parts, {}, use_of(match_columns(robot, data.names)));
+  out.data = std::make_shared<const Recording>(std::move(data));
   return out;
 }
 
 bool same_content(const fs::path& a, const fs::path& b) {
   std::error_code error;
+  if (fs::is_directory(a, error) || fs::is_directory(b, error)) return false;
   if (fs::file_size(a, error) != fs::file_size(b, error) || error) return false;
   std::ifstream one(a, std::ios::binary), other(b, std::ios::binary);
   return std::equal(std::istreambuf_iterator<char>(one), {}, std::istreambuf_iterator<char>(other));
@@ -72,7 +139,7 @@ void refuse_to_overwrite(const fs::path& folder, const fs::path& scenario, const
   if (fs::exists(scenario, ignored))
     throw InputError(scenario.string(), "a scenario that is there already",
                      "another folder (-o DIR), or --force to replace it");
-  for (const Placed& one : placed) {
+  for (const Placed& one : all_files(placed)) {
     const fs::path target = folder / one.name;
     if (one.copied && fs::exists(target, ignored) && !same_content(one.source, target))
       throw InputError(target.string(), "another file of this name",
@@ -89,7 +156,7 @@ void refuse_to_replace_scaled(const fs::path& folder, const std::vector<Placed>&
     if (!targets.insert(target.string()).second)
       throw InputError(target.string(), "two recordings that would both be written there",
                        "names that differ before the extension");
-    for (const Placed& other : placed)
+    for (const Placed& other : all_files(placed))
       if (fs::equivalent(target, other.source, ignored))
         throw InputError(target.string(), "a recording that would be replaced", "another name");
     if (!force && fs::exists(target, ignored))
@@ -106,10 +173,9 @@ void bring_recordings(const fs::path& folder, const std::vector<Placed>& placed,
       Recording scaled = *request.recordings[i].data;
       for (double& t : scaled.columns[static_cast<std::size_t>(scaled.find(draft.time_column))]) t *= draft.time_scale;
       write_csv(folder / in_seconds(placed[i].name), scaled);
-    } else if (placed[i].copied) {
-      std::error_code error;
-      fs::copy_file(placed[i].source, folder / placed[i].name, fs::copy_options::overwrite_existing, error);
-      if (error) throw WorkError("cannot copy " + quoted(placed[i].source.string()) + ": " + error.message());
+    } else {
+      for (const Placed& one : all_files({placed[i]}))
+        if (one.copied) copy_recording(one.source, folder / one.name);
     }
   }
 }
@@ -122,7 +188,8 @@ void check_written(const fs::path& file) {
 }
 
 std::string summary(const fs::path& file, const Draft& draft, const std::vector<Placed>& placed) {
-  const auto copied = std::count_if(placed.begin(), placed.end(), [](const Placed& one) { return one.copied; });
+  const std::vector<Placed> files = all_files(placed);
+  const auto copied = std::count_if(files.begin(), files.end(), [](const Placed& one) { return one.copied; });
   std::string out = fmt::format("{}: {} recording{}", file.string(), placed.size(), placed.size() == 1 ? "" : "s");
   if (copied > 0) out += fmt::format(", {} copied beside it", copied);
   out += fmt::format("; {} guesses, each with its reason in a comment\n", draft.guesses.size());
@@ -141,8 +208,7 @@ void run(const Session& session, const InitOptions& options) {
   if (!options.force) refuse_to_overwrite(folder, file, placed);
 
   DraftRequest request{name, relative_to(folder, robot_file), robot, {}};
-  for (const Placed& one : placed)
-    request.recordings.push_back({one.name, load_recording(one.source, one.source.string())});
+  for (const Placed& one : placed) request.recordings.push_back(read_placed(one, *robot));
   const Draft draft = draft_scenario(request);
   if (draft.time_scale != 1.0) refuse_to_replace_scaled(folder, placed, options.force);
   make_parent_folder(file);
@@ -173,7 +239,10 @@ void add_init(CLI::App& app, Session& session) {
       "lacuna init my_arm.urdf run_1.csv run_2.csv run_3.csv -o my_arm",
       [&session, options] { run(session, *options); });
   command.add_option("ROBOT", options->robot, "The robot's file (URDF or MJCF)")->required()->option_text(" ");
-  command.add_option("RECORDING", options->recordings, "Its recordings, in the order in which they were made")
+  command
+      .add_option("RECORDING", options->recordings,
+                  "Its recordings (.csv, .mat, .db3, .mcap, a bag's folder), in the order in which they were made; "
+                  "files of one motion joined by +")
       ->required()
       ->option_text("... ");
   command.add_option("--name", options->name, "Name of the scenario (default: the robot's)");

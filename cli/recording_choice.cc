@@ -78,7 +78,7 @@ RecordingSpec recording_named(const Scenario& scenario, const std::string& name)
   if (!fs::exists(file, ignored)) file = resolve(scenario, name);
   if (name.empty() || !fs::exists(file, ignored))
     throw InputError("--recording", "no file " + quoted(name),
-                     known.empty() ? "a recording (.csv or .mat)" : "a recording: " + one_of(known));
+                     known.empty() ? kRecordingKinds : "a recording: " + one_of(known));
   for (const RecordingSpec& spec : scenario.recordings)
     if (same_file(resolve(scenario, spec.file), file)) return united(scenario, spec);
   RecordingSpec spec;
@@ -91,11 +91,12 @@ Scenario with_recording(Scenario scenario, const RecordingSpec& spec) {
   const fs::path path = resolve(scenario, spec.file);
   std::error_code ignored;
   if (!fs::exists(path, ignored))
-    throw InputError(spec.where + ".file", "no file " + quoted(spec.file), "a recording (.csv or .mat)");
+    throw InputError(spec.where + ".file", "no file " + quoted(spec.file), kRecordingKinds);
   scenario.recordings = {spec};
   scenario.recordings.front().role = Role::train;  // the role that start values and steps are taken from
   scenario.prediction = FreeRun{};
-  const std::vector<Absent> absent = take_absent(scenario, read_recording(path, spec.file, {}));
+  const std::vector<Absent> absent =
+      take_absent(scenario, read_recording(parts_of(scenario, spec), {}, column_use(scenario.channels)));
   load_and_check_recordings(scenario);
   if (absent.empty()) return scenario;
   Recording data = *scenario.recordings.front().data;

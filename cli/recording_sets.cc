@@ -15,15 +15,22 @@ namespace {
 
 constexpr double kTrainPart = 0.6, kKnownPart = 0.8;  ///< of a lone recording's time: train up to, validate up to
 
-bool is_recording(const fs::path& file) {
-  const std::string end = file.extension().string();
-  return end == ".csv" || end == ".mat";
+bool is_bag_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path / "metadata.yaml", ignored);
 }
 
+bool is_recording(const fs::path& file) {
+  const std::string end = file.extension().string();
+  return end == ".csv" || end == ".mat" || end == ".db3" || end == ".mcap" || is_bag_folder(file);
+}
+
+/// Files and bags in a folder; a bag's own folder is one recording.
 std::vector<fs::path> files_in(const fs::path& folder) {
+  if (is_bag_folder(folder)) return {folder};
   std::vector<fs::path> out;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.is_regular_file() && is_recording(entry.path())) out.push_back(entry.path());
+    if (is_recording(entry.path())) out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -45,16 +52,19 @@ std::vector<fs::path> files_of(const std::string& word, const std::string& argum
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) {
     std::vector<fs::path> out = files_in(path);
-    if (out.empty()) throw InputError(argument, "no recording in " + quoted(word), "a folder with .csv or .mat files");
+    if (out.empty())
+      throw InputError(argument, "no recording in " + quoted(word),
+                       "a folder with .csv, .mat, .db3 or .mcap files, or bags");
     return out;
   }
   if (!fs::exists(path, ignored))
     throw InputError(argument, "no file " + quoted(word),
-                     "a folder, a recording (.csv, .mat) or a list of them (.txt)");
+                     "a folder, a recording (.csv, .mat, .db3, .mcap, a bag's folder) or a list of them (.txt)");
   if (path.extension() == ".txt") return files_listed(path);
   if (!is_recording(path))
-    throw InputError(argument, quoted(word),
-                     "with --scenario a folder, a recording (.csv, .mat) or a list of them (.txt)");
+    throw InputError(
+        argument, quoted(word),
+        "with --scenario a folder, a recording (.csv, .mat, .db3, .mcap, a bag's folder) or a list of them (.txt)");
   return {path};
 }
 

@@ -44,7 +44,8 @@ const std::map<Sense, Words>& dictionary() {
         "spool"}},
       {Sense::effort, {"tau", "torque", "torques", "trq", "effort", "efforts", "force", "moment", "f"}},
       {Sense::current, {"i", "cur", "curr", "current", "amp", "amps"}},
-      {Sense::reference, {"ref", "reference", "des", "desired", "target", "setpoint", "sp", "goal", "traj"}},
+      {Sense::reference,
+       {"ref", "reference", "des", "desired", "target", "setpoint", "sp", "goal", "traj", "trajectory"}},
       {Sense::pressure, {"pressure", "press", "pres", "p"}},
       {Sense::side_a, {"a", "head", "bore", "cap", "piston", "blind"}},
       {Sense::side_b, {"b", "rod", "annulus"}},
@@ -268,6 +269,10 @@ class Matcher {
       if (robot_.dof() == 1) give(0, "the robot has one joint"), reading.sure = true;
       return;
     }
+    if (const int place = place_in_array(reading.column); place >= 0) {
+      if (place < robot_.dof()) give(place, "by its place in the array, in the robot's order of joints");
+      return;
+    }
     if (reading.rest.size() == 1 && is_number(*reading.rest.begin())) {
       const int number = std::stoi(*reading.rest.begin()) - (counts_from_zero(*reading.kind) ? 0 : 1);
       if (number >= 0 && number < robot_.dof()) give(number, "by its number, in the robot's order of joints");
@@ -284,6 +289,14 @@ class Matcher {
         best = -1;
     }
     if (best >= 0) give(best, "by a part of the joint's name");
+  }
+
+  /// "/valves/data[2]" -> 2, an array in a message counts from 0; -1 for other names.
+  static int place_in_array(const std::string& column) {
+    const std::size_t open = column.rfind('[');
+    if (column.empty() || column.front() != '/' || column.back() != ']' || open == std::string::npos) return -1;
+    const std::string digits = column.substr(open + 1, column.size() - open - 2);
+    return is_number(digits) ? std::stoi(digits) : -1;
   }
 
   bool counts_from_zero(ChannelKind kind) const {
@@ -338,6 +351,13 @@ const ColumnGuess* ColumnGuesses::find(ChannelKind kind, int joint) const {
   const auto at = std::find_if(columns.begin(), columns.end(),
                                [&](const ColumnGuess& guess) { return guess.kind == kind && guess.joint == joint; });
   return at == columns.end() ? nullptr : &*at;
+}
+
+ColumnUse use_of(const ColumnGuesses& guesses) {
+  ColumnUse out;
+  for (const ColumnGuess& guess : guesses.columns)
+    (guess.kind == ChannelKind::command ? out.commands : out.measured).insert(guess.column);
+  return out;
 }
 
 ColumnGuesses match_columns(const Robot& robot, const std::vector<std::string>& names) {

@@ -37,6 +37,9 @@ struct ColumnGuesses {
   const ColumnGuess* find(ChannelKind kind, int joint) const;
 };
 
+/// What the columns are for, as a scenario with these channels would use them.
+ColumnUse use_of(const ColumnGuesses& guesses);
+
 /// Names of a recording's columns against the robot's. Never throws for any names.
 ColumnGuesses match_columns(const Robot& robot, const std::vector<std::string>& names);
 

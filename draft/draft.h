@@ -18,6 +18,7 @@ namespace lacuna {
 struct DraftRecording {
   std::string file;  ///< as the scenario will name it
   std::shared_ptr<const Recording> data;
+  std::vector<RecordingPart> with = {};  ///< files joined to it, as the scenario will name them
 };
 
 struct DraftRequest {

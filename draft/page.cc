@@ -275,13 +275,27 @@ class PageWriter {
           fmt::format("{}  - {{file: {}, role: {}", hidden, yaml_scalar(file_of(role)), to_string(role.role));
       if (role.from) text += ", from: " + format_number(*role.from);
       if (role.to) text += ", to: " + format_number(*role.to);
-      line(text + "}");
+      line(text + with_of(role) + "}");
     }
+    const bool joined = std::any_of(request_.recordings.begin(), request_.recordings.end(),
+                                    [](const DraftRecording& r) { return !r.with.empty(); });
+    if (joined)
+      out_.questions.push_back(
+          "recordings: do the clocks of the files joined by with: agree? clock_offset adds s to the times of one");
   }
 
   std::string file_of(const RoleGuess& role) const {
     const std::string& file = request_.recordings[role.recording].file;
     return facts_.clock.scale == 1.0 ? file : in_seconds(file);
+  }
+
+  /// The files joined to a recording; what was written again in s is one file.
+  std::string with_of(const RoleGuess& role) const {
+    std::string out;
+    if (facts_.clock.scale != 1.0) return out;
+    for (const RecordingPart& part : request_.recordings[role.recording].with)
+      out += (out.empty() ? ", with: [" : ", ") + yaml_scalar(part.file);
+    return out.empty() ? out : out + "]";
   }
 
   void unused() {

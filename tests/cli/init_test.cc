@@ -1,6 +1,8 @@
+#include <cmath>
 #include <sstream>
 
 #include "tests/cli/program.h"
+#include "tests/scenarios/bag_writer.h"
 
 namespace lacuna::test {
 namespace {
@@ -133,6 +135,76 @@ TEST(Init, NeverWritesAnotherClockOverWhatIsThere) {
   const Outcome outcome = lacuna(line);
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(text_of(out / "scenario.yaml"), HasSubstr("run_in_s.csv"));
+}
+
+/// A recording of the arm as ROS would have it: states with stamps, commands by their receipt, from the fifth sample
+/// on.
+Bag bag_of(const fs::path& csv) {
+  auto columns = columns_of(text_of(csv));
+  Bag out;
+  out.topics = {{"/joint_states", "sensor_msgs/msg/JointState"}, {"/elbow/command", "std_msgs/msg/Float64"}};
+  for (std::size_t i = 0; i < columns["t"].size(); ++i) {
+    const std::int64_t now = kBagStart + static_cast<std::int64_t>(std::llround(1e9 * columns["t"][i]));
+    const double q = columns["degrees"][i] * 0.017453292519943295 + 0.1;
+    out.messages.push_back({0, now + kMillisecond, joint_state(now, {"elbow"}, {q})});
+    if (i >= 5) out.messages.push_back({1, now, CdrWriter().f64(columns["u"][i]).bytes()});
+  }
+  return out;
+}
+
+TEST(Init, TakesBagsOfEveryStorage) {
+  const Arm arm;
+  const fs::path from = arm.folder() / "bags", out = arm.folder() / "new";
+  fs::create_directories(from / "train");
+  write_db3(from / "train/train_0.db3", bag_of(arm.folder() / "train.csv"));
+  arm.files().write("bags/train/metadata.yaml", bag_metadata("sqlite3", {"train_0.db3"}));
+  write_db3(from / "validate.db3", bag_of(arm.folder() / "validate.csv"));
+  arm.files().write("bags/test.mcap", McapWriter("zstd", 20).bytes(bag_of(arm.folder() / "test.csv")));
+  const Outcome outcome = lacuna({"init", (arm.folder() / "arm.urdf").string(), (from / "train/").string(),
+                                  (from / "validate.db3").string(), (from / "test.mcap").string(), "-o", out.string()});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(out / "train/train_0.db3"));
+  const std::string text = text_of(out / "scenario.yaml");
+  EXPECT_THAT(text, HasSubstr("elbow: \"/joint_states/elbow/position\""));
+  EXPECT_THAT(text, HasSubstr("elbow: \"/elbow/command/data\""));
+  EXPECT_THAT(text, HasSubstr("{file: train, role: train}"));
+  EXPECT_THAT(text, HasSubstr("{file: validate.db3, role: validate}"));
+  EXPECT_THAT(outcome.err, HasSubstr("only the span that all used clocks have in common"));
+  const Outcome simulated = lacuna({"simulate", (out / "scenario.yaml").string()});
+  ASSERT_EQ(simulated.code, 0) << simulated.err;
+  // What is simulated has the recording's clock: its first command comes .1 s after its first state.
+  EXPECT_EQ(columns_of(simulated.out).at("time").front(), 0.1);
+  // A scenario of bags is identified, and what is written runs again.
+  const fs::path fit = arm.folder() / "fit";
+  const Outcome fitted = lacuna(
+      {"identify", (out / "scenario.yaml").string(), "-o", fit.string(), "--population", "20", "--generations", "5"});
+  EXPECT_EQ(fitted.code, 0) << fitted.err;
+}
+
+TEST(Init, JoinsFilesOfOneMotion) {
+  const Arm arm;
+  const fs::path out = arm.folder() / "new";
+  std::vector<std::string> line{"init", (arm.folder() / "arm.urdf").string()};
+  for (const std::string name : {"train", "validate", "test"}) {
+    auto columns = columns_of(text_of(arm.folder() / (name + ".csv")));
+    std::ostringstream positions, commands;
+    positions << "t,degrees\n", commands << "t,u\n";
+    for (std::size_t i = 0; i < columns["t"].size(); ++i) {
+      positions << columns["t"][i] << ',' << columns["degrees"][i] << '\n';
+      if (i % 2 == 0) commands << columns["t"][i] - 0.005 << ',' << columns["u"][i] << '\n';
+    }
+    const auto q = arm.files().write(name + "_q.csv", positions.str()),
+               u = arm.files().write(name + "_u.csv", commands.str());
+    line.push_back(q.string() + "+" + u.string());
+  }
+  line.insert(line.end(), {"-o", out.string()});
+  const Outcome outcome = lacuna(line);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(text_of(out / "scenario.yaml"), HasSubstr("{file: train_q.csv, role: train, with: [train_u.csv]}"));
+  EXPECT_THAT(outcome.out, HasSubstr("do the clocks of the files joined"));
+  EXPECT_TRUE(fs::exists(out / "train_u.csv"));
+  const Outcome simulated = lacuna({"simulate", (out / "scenario.yaml").string()});
+  EXPECT_EQ(simulated.code, 0) << simulated.err;
 }
 
 }  // namespace

@@ -156,5 +156,27 @@ TEST(Columns, NoColumnIsTakenTwiceAndNoneIsLost) {
   EXPECT_EQ(column_of(found, ChannelKind::position, 0), "q_1");
 }
 
+TEST(Columns, OfABagAreMatchedByTopicJointAndPlaceInAnArray) {
+  const auto robot = chain(kDigger);
+  const ColumnGuesses found =
+      match_columns(*robot, {"time", "/controller/joint_trajectory/boom/position", "/joint_states/boom/position",
+                             "/joint_states/boom/velocity", "/joint_states/bucket/position",
+                             "/joint_states/stick/position", "/valve_commands/data[0]", "/valve_commands/data[1]",
+                             "/valve_commands/data[2]", "/valve_commands/data[3]"});
+  EXPECT_EQ(found.time, "time");
+  EXPECT_EQ(column_of(found, ChannelKind::position, 0), "/joint_states/boom/position");
+  EXPECT_EQ(column_of(found, ChannelKind::velocity, 0), "/joint_states/boom/velocity");
+  EXPECT_EQ(column_of(found, ChannelKind::position, 2), "/joint_states/bucket/position");
+  EXPECT_EQ(column_of(found, ChannelKind::command, 0), "/valve_commands/data[0]");
+  EXPECT_EQ(column_of(found, ChannelKind::command, 2), "/valve_commands/data[2]");
+  EXPECT_FALSE(found.find(ChannelKind::command, 2)->sure);
+  EXPECT_THAT(found.find(ChannelKind::command, 2)->reason, HasSubstr("place in the array"));
+  EXPECT_THAT(why_unused(found, "/controller/joint_trajectory/boom/position"), HasSubstr("what was asked for"));
+  EXPECT_THAT(why_unused(found, "/valve_commands/data[3]"), HasSubstr("of which joint"));
+  const ColumnUse use = use_of(found);
+  EXPECT_EQ(use.commands.size(), 3u);
+  EXPECT_EQ(use.measured.count("/joint_states/stick/position"), 1u);
+}
+
 }  // namespace
 }  // namespace lacuna
