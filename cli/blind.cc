@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "cli/diagnose_run.h"
+#include "cli/pictures.h"
 #include "cli/progress.h"
 #include "cli/scenario_folders.h"
 #include "cli/table.h"
@@ -69,7 +70,8 @@ std::optional<BlindVerdict> finished(const fs::path& folder, const std::string& 
 /// at.
 std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& flags, const ScenarioFolder& one,
                                        const fs::path& folder, const std::function<void(const Progress&)>& progress) {
-  const Scenario scenario = load_scenario(one.folder / "scenario.yaml");
+  Scenario scenario = load_scenario(one.folder / "scenario.yaml");
+  load_meshes(scenario, flags.identify.package_paths);
   check_diagnosable(scenario);
   const std::string key = key_of(session, flags, scenario);
   const auto verdict = session.first() ? finished(folder, key) : std::nullopt;

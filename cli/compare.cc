@@ -35,6 +35,7 @@ constexpr double kShown = 0.3;                            // rad (m): what the l
 struct CompareFlags {
   std::string engine = "all", recording, baseline;
   double duration = 5.0;  // s
+  std::vector<std::string> package_paths;
   bool no_identify = false, no_pictures = false;
 };
 
@@ -228,7 +229,8 @@ class CompareRun {
   }
 
   void compare(const fs::path& file, bool last) {
-    const Scenario scenario = loaded(file, flags_);
+    Scenario scenario = loaded(file, flags_);
+    if (!flags_.no_pictures) load_meshes(scenario, flags_.package_paths);
     log_notes(scenario.notes);
     const bool drawn = !flags_.no_pictures && pictures_.empty() && (last || worth_drawing(scenario));
     std::vector<EngineRun> runs;
@@ -269,6 +271,7 @@ void add_compare(CLI::App& app, Session& session) {
   command.add_option("--duration", flags->duration, "Longest motion where the scenario states none, s (default: 5)")
       ->check(CLI::Range(0.05, 1000.0));
   command.add_option("--baseline", flags->baseline, "An older compare.json: what changed beyond noise is marked");
+  add_package_paths(command, flags->package_paths);
   command.add_flag("--no-identify", flags->no_identify, "Leaves out the identification on every engine");
   command.add_flag("--no-pictures", flags->no_pictures, "Leaves out the pose snapshots");
 }

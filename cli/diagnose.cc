@@ -68,7 +68,9 @@ std::string summary(const Scenario& scenario, const Diagnosis& diagnosis) {
 void run(Session& session, const DiagnoseFlags& flags) {
   engine_named(flags.identify.engine);
   flags.identify.understood(session, flags.identify.engine);  // refuses unknown names at once
-  const Scenario scenario = load_scenario(session.scenario_file);
+  Scenario loaded = load_scenario(session.scenario_file);
+  load_meshes(loaded, flags.identify.package_paths);
+  const Scenario scenario = std::move(loaded);
   check_diagnosable(scenario);
   log_notes(scenario.notes);
   const fs::path folder = session.output_folder(scenario);

@@ -7,6 +7,7 @@
 
 #include "cli/diagnose_run.h"
 #include "cli/files.h"
+#include "cli/pictures.h"
 #include "cli/progress.h"
 #include "cli/recording_sets.h"
 #include "cli/table.h"
@@ -98,7 +99,9 @@ std::string summary(const Scenario& scenario, const Diff& diff) {
 void run(Session& session, const DiffFlags& flags) {
   engine_named(flags.diagnose.identify.engine);
   flags.diagnose.identify.understood(session, flags.diagnose.identify.engine);  // refuses unknown names at once
-  const auto [a, b] = load_sets(flags);
+  auto sets = load_sets(flags);
+  for (Scenario* set : {&sets.first, &sets.second}) load_meshes(*set, flags.diagnose.identify.package_paths);
+  const auto& [a, b] = sets;
   check_diagnosable(a), check_diagnosable(b);
   log_notes(a.notes), log_notes(b.notes);
   const fs::path folder = folder_for(session, a, b);

@@ -31,8 +31,9 @@ struct Search {
   SearchSpace space;
 };
 
-Search load_search(const std::string& file) {
+Search load_search(const std::string& file, const IdentifyFlags& flags) {
   Scenario scenario = load_scenario(file);
+  if (!flags.no_pictures) load_meshes(scenario, flags.package_paths);
   PlantModel model(scenario);
   Experiment experiment = make_experiment(scenario);
   SearchSpace space(model, scenario, Coordinates::ratios);
@@ -136,7 +137,7 @@ std::string summary(const Search& search, const std::vector<FitResult>& fits) {
 void run(Session& session, const IdentifyFlags& flags) {
   const std::vector<std::string> engines = engines_named(flags.engine);
   const IdentifyOptions options = flags.understood(session, engines.front());  // refuses unknown names at once
-  const Search search = load_search(session.scenario_file);
+  const Search search = load_search(session.scenario_file, flags);
   const fs::path folder = session.output_folder(search.scenario);
   refuse_overwriting(search.scenario.file, folder / "scenario.identified.yaml");
   const std::vector<FitResult> fits = fit_all(session, flags, search, engines, folder);

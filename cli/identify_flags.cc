@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "cli/pictures.h"
+
 namespace lacuna {
 
 void IdentifyFlags::add_to(CLI::App& command, bool everything) {
@@ -15,6 +17,7 @@ void IdentifyFlags::add_to(CLI::App& command, bool everything) {
                      fmt::format("Parameter sets per generation (default: {})", population));
   command.add_option("--generations", generations, fmt::format("Generations (default: {})", generations));
   command.add_flag("--no-pictures", no_pictures, "Leaves out the pose snapshots");
+  add_package_paths(command, package_paths);
   if (!everything) return;
   const GeneticOptions standard;
   const auto add = [&](const char* name, std::string& value, const char* choices, const char* preset) {

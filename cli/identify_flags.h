@@ -11,9 +11,11 @@ namespace lacuna {
 struct IdentifyFlags {
   std::string engine = "featherstone", optimizer = "ga+lsq", fitness, coding, crossover, mutation, selection;
   int population = 70, generations = 200;
+  std::vector<std::string> package_paths;
   bool no_pictures = false;
 
-  /// `--engine`, `--optimizer`, `--population`, `--generations`, `--no-pictures`; `everything`: the paper's other
+  /// `--engine`, `--optimizer`, `--population`, `--generations`, `--no-pictures`,
+  /// `--package-path`; `everything`: the paper's other
   /// choices too.
   void add_to(CLI::App& command, bool everything);
   /// Understood; simulator and control with threads, engine and stop flag of the session. Throws InputError.

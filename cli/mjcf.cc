@@ -59,6 +59,7 @@ std::string visual_text(const Visual& visual, const Eigen::Isometry3d& link_in_b
       shape = fmt::format("type=\"cylinder\" size=\"{}\"", numbers({s[0], 0.5 * s[1]}));
       break;
     case Visual::Shape::sphere: shape = fmt::format("type=\"sphere\" size=\"{}\"", format_number(s[0])); break;
+    case Visual::Shape::mesh: return "";  // left out before
   }
   return fmt::format("<geom class=\"visual\" {} {} rgba=\"{:.4g} {:.4g} {:.4g} {:.4g}\"/>\n", shape,
                      placed(link_in_body * visual.pose), visual.rgba[0], visual.rgba[1], visual.rgba[2],
@@ -122,7 +123,8 @@ class Writer {
     std::string out;
     for (const Link& link : robot_.links()) {
       if (link.body != carrier) continue;
-      for (const Visual& visual : link.visuals) out += indent + visual_text(visual, link.in_body);
+      for (const Visual& visual : link.visuals)
+        if (visual.shape != Visual::Shape::mesh) out += indent + visual_text(visual, link.in_body);
     }
     return out;
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,6 +12,7 @@
 #include "cli/command.h"
 #include "render/snapshot.h"
 #include "scenarios/error.h"
+#include "scenarios/mesh.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
@@ -56,6 +58,21 @@ std::vector<std::vector<Eigen::Isometry3d>> link_poses(const Scenario& scenario,
 }
 
 }  // namespace
+
+void add_package_paths(CLI::App& command, std::vector<std::string>& folders) {
+  command
+      .add_option("--package-path", folders,
+                  "DIR: where package://NAME/... of the robot's meshes lies (DIR/NAME/...); may be repeated")
+      ->allow_extra_args(false);
+}
+
+void load_meshes(Scenario& scenario, const std::vector<std::string>& package_paths) {
+  const std::filesystem::path file = scenario.folder() / scenario.robot_file;
+  std::vector<std::string> notes;
+  scenario.robot =
+      with_meshes(*scenario.robot, {file.parent_path(), {package_paths.begin(), package_paths.end()}}, notes);
+  for (const std::string& note : notes) scenario.notes.push_back(printable(scenario.robot_file) + ": " + note);
+}
 
 Pose pose_at(const Scenario& scenario, const RecordingSpec& spec, double time) {
   const Recording& data = *spec.data;

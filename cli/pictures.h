@@ -26,6 +26,12 @@ struct PoseOptions {
   std::vector<std::string> marked;  ///< joints with a ring about them
 };
 
+/// Package paths: folders given by `--package-path`, any number.
+void add_package_paths(CLI::App& command, std::vector<std::string>& folders);
+/// Reads the meshes that the scenario's robot names, so that they are drawn; what is left undrawn is noted. Throws
+/// InputError for a file that is found and no mesh.
+void load_meshes(Scenario& scenario, const std::vector<std::string>& package_paths);
+
 struct Snapshot {
   std::string engine;
   std::size_t pose = 0;  ///< index

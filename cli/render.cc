@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 struct RenderOptions {
   std::string engine = "featherstone", recording, times;
-  std::vector<std::string> poses;
+  std::vector<std::string> poses, package_paths;
   PoseOptions picture;
 };
 
@@ -94,13 +94,14 @@ void write_sheet(const fs::path& file, const std::vector<Snapshot>& snapshots, s
 }
 
 void run(const Session& session, const RenderOptions& options) {
-  const Scenario scenario = load_scenario(session.scenario_file, {.load_recordings = false});
+  Scenario scenario = load_scenario(session.scenario_file, {.load_recordings = false});
   const std::vector<std::string> engines = engines_named(options.engine);
   const std::vector<Pose> poses = poses_of(scenario, options);
   for (const int side : {options.picture.width, options.picture.height})
     if (side < 1 || side > kMaxImageSide)
       throw InputError("--width, --height", fmt::format("{} pixels", side), fmt::format("1 to {}", kMaxImageSide));
   if (std::string reason; !render_available(&reason)) throw WorkError("no pictures: " + reason);
+  load_meshes(scenario, options.package_paths);
   log_notes(scenario.notes);
   const fs::path folder = session.output_folder(scenario);
   Json pictures = Json::array();
@@ -140,6 +141,7 @@ void add_render(CLI::App& app, Session& session) {
       ->allow_extra_args(false);
   command.add_option("--recording", options->recording, "Recording that --time refers to (default: the first)");
   command.add_option("--time", options->times, "T1,T2,...: times on the recording's clock, s");
+  add_package_paths(command, options->package_paths);
   command.add_option("--width", options->picture.width, "Pixels (default: 960)");
   command.add_option("--height", options->picture.height, "Pixels (default: 720)");
 }

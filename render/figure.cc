@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scenarios/error.h"
+#include "scenarios/mesh.h"
 #include "scenarios/robot.h"
 
 namespace lacuna {
@@ -48,13 +49,18 @@ Solid rod(Solid::Kind kind, const Vector3d& from, const Vector3d& to, double rad
 }
 
 Solid solid_of(const Visual& visual, const Isometry3d& link_pose, int body = -1) {
-  Solid solid{Solid::Kind::box, 0.5 * visual.size, link_pose * visual.pose, visual.rgba, body};
+  Solid solid{Solid::Kind::box, 0.5 * visual.size, link_pose * visual.pose, visual.rgba, body, nullptr};
   if (visual.shape == Visual::Shape::cylinder) {
     solid.kind = Solid::Kind::cylinder;
     solid.half = Vector3d(visual.size.x(), visual.size.x(), 0.5 * visual.size.y());
   } else if (visual.shape == Visual::Shape::sphere) {
     solid.kind = Solid::Kind::sphere;
     solid.half = Vector3d::Constant(visual.size.x());
+  } else if (visual.shape == Visual::Shape::mesh) {
+    solid.kind = Solid::Kind::mesh;
+    solid.half = 0.5 * (visual.mesh->upper - visual.mesh->lower);
+    solid.pose.translate(0.5 * (visual.mesh->upper + visual.mesh->lower));
+    solid.mesh = visual.mesh;
   }
   return solid;
 }
@@ -63,6 +69,7 @@ Solid solid_of(const Visual& visual, const Isometry3d& link_pose, int body = -1)
 double reach_in_body(const Link& link) {
   double reach = (link.in_body * (2.0 * link.inertial.com)).norm();
   for (const Visual& visual : link.visuals) {
+    if (!visual.drawn()) continue;
     for (const Vector3d& corner : corners(solid_of(visual, link.in_body))) reach = std::max(reach, corner.norm());
   }
   return reach;
@@ -96,8 +103,15 @@ double robot_size(const Robot& robot) {
 }
 
 bool has_visuals(const Robot& robot, int body) {
-  return std::any_of(robot.links().begin(), robot.links().end(),
-                     [body](const Link& link) { return link.body == body && !link.visuals.empty(); });
+  return std::ranges::any_of(robot.links(), [body](const Link& link) {
+    return link.body == body && std::ranges::any_of(link.visuals, [](const Visual& v) { return v.drawn(); });
+  });
+}
+
+bool has_mesh(const Robot& robot, int body) {
+  return std::ranges::any_of(robot.links(), [body](const Link& link) {
+    return link.body == body && std::ranges::any_of(link.visuals, [](const Visual& v) { return v.mesh != nullptr; });
+  });
 }
 
 // How far the visuals of a body stretch from a joint: along its axis and across it.
@@ -111,6 +125,7 @@ Stretch stretch(const Robot& robot, std::span<const Isometry3d> link_poses, int 
   for (std::size_t i = 0; i < robot.links().size(); ++i) {
     if (robot.links()[i].body != body) continue;
     for (const Visual& visual : robot.links()[i].visuals) {
+      if (!visual.drawn()) continue;
       for (const Vector3d& corner : corners(solid_of(visual, link_poses[i]))) {
         const Vector3d local = frame.transpose() * (corner - center);
         result.along = std::max(result.along, std::abs(local.z()));
@@ -226,7 +241,7 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> 
   std::vector<Solid> figure;
   for (std::size_t i = 0; i < robot.links().size(); ++i) {
     for (const Visual& visual : robot.links()[i].visuals)
-      figure.push_back(solid_of(visual, link_poses[i], robot.links()[i].body));
+      if (visual.drawn()) figure.push_back(solid_of(visual, link_poses[i], robot.links()[i].body));
   }
   if (!has_visuals(robot, -1)) add_mount(robot, size, figure);
   for (int body = 0; body < robot.dof(); ++body) {
@@ -234,6 +249,7 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> 
   }
   for (int joint = 0; joint < robot.dof(); ++joint) {
     const Joint& it = robot.joints()[static_cast<std::size_t>(joint)];
+    if (has_mesh(robot, joint)) continue;
     if (it.prismatic()) {
       add_rail(robot, link_poses, it, size, figure);
     } else {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,19 +12,23 @@
 namespace lacuna {
 
 class Robot;
+struct Mesh;
 
 struct Solid {
-  enum class Kind { box, cylinder, capsule, sphere };
+  enum class Kind { box, cylinder, capsule, sphere, mesh };
   Kind kind = Kind::box;
   Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< m: box half sides; cylinder, capsule radius, -, half length (z);
                                                    ///< sphere radius. A capsule's caps lie beyond its half length.
+                                                   ///< mesh half sides of the box around it
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the world
   std::array<float, 4> rgba{0.6f, 0.6f, 0.6f, 1.0f};
-  int body = -1;  ///< that carries it, with which it moves as one; -1 is the world
+  int body = -1;                               ///< that carries it, with which it moves as one; -1 is the world
+  std::shared_ptr<const Mesh> mesh = nullptr;  ///< of a mesh; the middle of its box lies at the pose's origin
 };
 
 /// The URDF's visuals; for bodies without any, a thin capsule from joint to joint and a ball at the centre of mass;
-/// joints as dark pins along their axes, the rails of prismatic joints between their limits.
+/// joints as dark pins along their axes, the rails of prismatic joints between their limits; where a mesh is drawn for
+/// the moved body, it shows its joint itself.
 /// `link_poses`: world pose of each of robot.links(). Throws std::invalid_argument for a wrong count, WorkError for
 /// a pose that is not finite (a simulation that diverged).
 std::vector<Solid> robot_figure(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses);

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "render/figure.h"
+#include "render/osmesa_meshes.h"
 #include "render/overlay.h"
 #include "render/snapshot.h"
 #include "scenarios/error.h"
@@ -108,7 +109,7 @@ void copy(const Vector3d& from, float to[3]) {
 
 void add_solid(const Solid& solid, const Stage& stage, mjvScene* scene) {
   static constexpr int kTypes[] = {mjGEOM_BOX, mjGEOM_CYLINDER, mjGEOM_CAPSULE, mjGEOM_SPHERE};
-  if (scene->ngeom >= scene->maxgeom) return;
+  if (scene->ngeom >= scene->maxgeom || solid.kind == Solid::Kind::mesh) return;
   const Vector3d half = stage.scale * solid.half, at = stage(solid.pose.translation());
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> turn = solid.pose.linear();
   mjvGeom* geom = scene->geoms + scene->ngeom++;
@@ -146,6 +147,50 @@ mjvGLCamera tile_camera(const Camera& camera, const Stage& stage, const Image& i
   return view;
 }
 
+/// The figure's meshes in the stage's units.
+std::vector<Facets> staged_meshes(const std::vector<Solid>& figure, const Stage& stage) {
+  std::vector<Facets> out;
+  for (const Solid& solid : figure) {
+    if (!solid.mesh) continue;
+    Eigen::Isometry3d pose = solid.pose;
+    pose.translation() -= stage.origin;
+    out.push_back(facets_of(*solid.mesh, pose, stage.scale, solid.rgba));
+  }
+  return out;
+}
+
+Eigen::Vector3f vector(const float from[3]) { return {from[0], from[1], from[2]}; }
+
+/// MuJoCo's frustum: its width follows from the height.
+PaintView paint_view(const mjvGLCamera& eye, const mjrRect& view) {
+  const float half =
+      0.5f * static_cast<float>(view.width) / static_cast<float>(view.height) * (eye.frustum_top - eye.frustum_bottom);
+  return {view.width,
+          view.height,
+          vector(eye.pos),
+          vector(eye.forward),
+          vector(eye.up),
+          eye.frustum_center - half,
+          eye.frustum_center + half,
+          eye.frustum_bottom,
+          eye.frustum_top,
+          eye.frustum_near,
+          eye.frustum_far};
+}
+
+std::vector<Lamp> lamps_of(const mjvScene& scene, const mjvGLCamera& eye) {
+  std::vector<Lamp> out;
+  for (int i = 0; i < scene.nlight; ++i) {
+    const mjvLight& light = scene.lights[i];
+    Lamp lamp{light.headlight ? vector(eye.forward) : vector(light.dir), {}, {}, {}};
+    std::copy_n(light.ambient, 3, lamp.ambient.begin());
+    std::copy_n(light.diffuse, 3, lamp.diffuse.begin());
+    std::copy_n(light.specular, 3, lamp.specular.begin());
+    out.push_back(lamp);
+  }
+  return out;
+}
+
 /// OSMesa's context and MuJoCo's in it. One for the process, used by one thread at a time; never destroyed, because
 /// Mesa's own teardown at exit may come first.
 class Painter {
@@ -178,7 +223,8 @@ class Painter {
   void check_opengl() const;
   void load_stage();
   void add_haze(const mjrRect& view, const mjvGLCamera& eye, float start, float end);
-  void draw_tile(Scene& scene, const Camera& camera, const Stage& stage, const Tile& tile, Image& image);
+  void draw_tile(Scene& scene, const std::vector<Facets>& meshes, const Camera& camera, const Stage& stage,
+                 const Tile& tile, Image& image);
 
   std::mutex mutex_;
   std::string reason_;
@@ -276,11 +322,16 @@ void Painter::add_haze(const mjrRect& view, const mjvGLCamera& eye, float start,
   }
 }
 
-void Painter::draw_tile(Scene& scene, const Camera& camera, const Stage& stage, const Tile& tile, Image& image) {
+void Painter::draw_tile(Scene& scene, const std::vector<Facets>& meshes, const Camera& camera, const Stage& stage,
+                        const Tile& tile, Image& image) {
   const mjvGLCamera eye = tile_camera(camera, stage, image, tile);
   scene->camera[0] = scene->camera[1] = eye;
   const mjrRect view{0, 0, kSupersample * tile.width, kSupersample * tile.height};
   mjr_render(view, scene.get(), &context_);
+  if (!meshes.empty()) {
+    mjr_restoreBuffer(&context_);
+    paint(meshes, paint_view(eye, view), lamps_of(*scene.get(), eye));
+  }
   mjr_readPixels(pixels_.data(), depth_.data(), view, &context_);
   const float distance = static_cast<float>(stage.scale * camera.distance);
   add_haze(view, eye, distance + kHazeStart, distance + kHazeEnd);
@@ -315,10 +366,11 @@ Image Painter::draw(const std::vector<Solid>& figure, const Camera& camera, int 
   scene->geoms[0].texrepeat[0] = scene->geoms[0].texrepeat[1] = repeat;
   scene->flags[mjRND_REFLECTION] = 0;
   for (const Solid& solid : figure) add_solid(solid, stage, scene.get());
+  const std::vector<Facets> meshes = staged_meshes(figure, stage);
   for (int top = 0; top < height; top += kTile) {
     for (int left = 0; left < width; left += kTile) {
       const Tile tile{left, top, std::min(kTile, width - left), std::min(kTile, height - top)};
-      draw_tile(scene, camera, stage, tile, image);
+      draw_tile(scene, meshes, camera, stage, tile, image);
     }
   }
   return image;

@@ -1,5 +1,7 @@
 #include "reports/replay_section.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -7,8 +9,10 @@
 #include "backends/engine.h"
 #include "render/camera.h"
 #include "render/figure.h"
+#include "render/simplify.h"
 #include "reports/json_text.h"
 #include "reports/packed.h"
+#include "scenarios/mesh.h"
 #include "scenarios/robot.h"
 
 namespace lacuna {
@@ -16,7 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kPoses = 12;  // that the camera must see
+constexpr std::size_t kPoses = 12;   // that the camera must see
+constexpr double kMeshSteps = 4095;  // of a mesh's coordinates along each side of its box
 
 Json numbers(std::span<const double> values) {
   Json out = Json::array();
@@ -41,15 +46,35 @@ Json tree_of(const Robot& robot) {
   return out;
 }
 
-/// Solids in the frame of the body that carries each.
-Json solids_of(const Robot& robot, Dynamics& dynamics, double ground) {
+/// Vertices in whole steps of the box from its lower corner, triangles as three indices each.
+void add_mesh(const Mesh& mesh, Json& out) {
+  Json vertices = Json::array(), triangles = Json::array();
+  const Eigen::Vector3d sides = (mesh.upper - mesh.lower).cwiseMax(1e-12);
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    for (int k = 0; k < 3; ++k)
+      vertices.push_back(
+          std::lround(kMeshSteps * std::clamp((static_cast<double>(vertex[k]) - mesh.lower[k]) / sides[k], 0.0, 1.0)));
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t corner : triangle) triangles.push_back(corner);
+  out["steps"] = kMeshSteps;
+  out["vertices"] = std::move(vertices);
+  out["triangles"] = std::move(triangles);
+}
+
+/// Solids in the frame of the body that carries each; `note` says where meshes were made coarser.
+Json solids_of(const Robot& robot, Dynamics& dynamics, double ground, std::string& note) {
   std::vector<Eigen::Isometry3d> bodies;
   dynamics.body_poses(std::vector<double>(static_cast<std::size_t>(robot.dof())), bodies);
   std::vector<Solid> solids = robot_figure(robot, robot.link_poses(bodies));
   if (const std::optional<Solid> post = pillar(robot, ground)) solids.push_back(*post);
+  if (const std::size_t before = simplify(solids, kMostTriangles); before > 0) {
+    std::size_t kept = 0;
+    for (const Solid& solid : solids) kept += solid.mesh ? solid.mesh->triangles.size() : 0;
+    note = fmt::format("The meshes are drawn coarser here: {} of their {} triangles.", kept, before);
+  }
   Json out = Json::array();
   for (const Solid& solid : solids) {
-    static constexpr const char* kKinds[] = {"box", "cylinder", "capsule", "sphere"};
+    static constexpr const char* kKinds[] = {"box", "cylinder", "capsule", "sphere", "mesh"};
     const Eigen::Isometry3d pose =
         solid.body < 0 ? solid.pose : bodies[static_cast<std::size_t>(solid.body)].inverse() * solid.pose;
     out.push_back({{"body", solid.body},
@@ -57,6 +82,7 @@ Json solids_of(const Robot& robot, Dynamics& dynamics, double ground) {
                    {"half", numbers(solid.half)},
                    {"pose", numbers(pose)},
                    {"color", {six_digits(solid.rgba[0]), six_digits(solid.rgba[1]), six_digits(solid.rgba[2])}}});
+    if (solid.mesh) add_mesh(*solid.mesh, out.back());
   }
   return out;
 }
@@ -166,15 +192,18 @@ Html replay_section(const Scenario& scenario, std::span<const Replay> all, const
   const Camera camera = camera_of(replays, robot, *dynamics);
   Json recordings = Json::array();
   for (const Replay& replay : replays) recordings.push_back(recording_of(replay, robot));
+  std::string note;
+  Json solids = solids_of(robot, *dynamics, camera.ground, note);
   const Json data{{"joints", tree_of(robot)},
-                  {"solids", solids_of(robot, *dynamics, camera.ground)},
+                  {"solids", std::move(solids)},
                   {"camera", json_of(camera)},
                   {"words", {words.before, words.after}},
                   {"recordings", std::move(recordings)}};
   return element("div",
                  element("noscript", paragraph("The replay needs a browser that runs scripts.", "muted")) +
                      data_block("replay-data", script_json(data)),
-                 "replay");
+                 "replay") +
+         (note.empty() ? Html() : paragraph(note, "muted"));
 }
 
 }  // namespace lacuna

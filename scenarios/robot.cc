@@ -50,7 +50,8 @@ void check_link(const Link& link, int dof, const std::string& where) {
   if (!is_rigid(link.in_body)) throw InputError(where, "no finite placement in its body", "a rigid placement");
   if (link.inertial.mass != 0.0) check_inertial(link.inertial, where);
   for (const Visual& visual : link.visuals)
-    if (!visual.size.allFinite() || (visual.size.array() < 0.0).any() || !is_rigid(visual.pose))
+    if (!visual.size.allFinite() || (visual.size.array() < 0.0).any() || !visual.mesh_scale.allFinite() ||
+        !is_rigid(visual.pose))
       throw InputError(where + ": visual", "a size or placement that is negative or not finite", "a shape");
 }
 
@@ -66,6 +67,7 @@ std::vector<Eigen::Vector3d> corners(const Visual& visual) {
     case Visual::Shape::box: half = visual.size / 2.0; break;
     case Visual::Shape::cylinder: half = {visual.size[0], visual.size[0], visual.size[1] / 2.0}; break;
     case Visual::Shape::sphere: half = Eigen::Vector3d::Constant(visual.size[0]); break;
+    case Visual::Shape::mesh: return {};  // what a machine carries must not hang on whether a mesh was found
   }
   std::vector<Eigen::Vector3d> out;
   for (int i = 0; i < 8; ++i) {
@@ -77,7 +79,6 @@ std::vector<Eigen::Vector3d> corners(const Visual& visual) {
 
 /// The corner farthest from the link's origin; the middle of those that are equally far (an end face's centre).
 Eigen::Vector3d tip_of(const Link& link) {
-  if (link.visuals.empty()) return 2.0 * link.inertial.com;
   double farthest = 0.0;
   std::vector<Eigen::Vector3d> all;
   for (const Visual& visual : link.visuals)
@@ -85,6 +86,7 @@ Eigen::Vector3d tip_of(const Link& link) {
       all.push_back(corner);
       farthest = std::max(farthest, corner.norm());
     }
+  if (all.empty()) return 2.0 * link.inertial.com;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   for (const Eigen::Vector3d& corner : all)

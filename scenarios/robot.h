@@ -32,13 +32,22 @@ struct Inertial {
 /// Two pieces, expressed in one frame, welded together (parallel-axis theorem).
 Inertial welded(const Inertial& a, const Inertial& b);
 
-/// What is drawn for a link. Meshes are not drawn: loading notes them.
+struct Mesh;  // scenarios/mesh.h
+
+/// What is drawn for a link. Of a mesh a robot's file gives the name: it is drawn once with_meshes (scenarios/mesh.h)
+/// has read it.
 struct Visual {
-  enum class Shape { box, cylinder, sphere };
+  enum class Shape { box, cylinder, sphere, mesh };
   Shape shape = Shape::box;
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< m: box x,y,z; cylinder radius,length(z),0; sphere radius,0,0
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< m: box x,y,z; cylinder radius,length(z),0; sphere radius,0,0;
+                                                   ///< mesh 0,0,0
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the link frame
   std::array<float, 4> rgba{0.6f, 0.6f, 0.6f, 1.0f};
+  std::string mesh_file = {};  ///< as written: a relative name, file:// or package://
+  Eigen::Vector3d mesh_scale = Eigen::Vector3d::Ones();
+  std::shared_ptr<const Mesh> mesh = nullptr;  ///< in m, scaled; null: not read, so not drawn
+
+  bool drawn() const { return shape != Shape::mesh || mesh != nullptr; }
 };
 
 struct Link {
@@ -74,8 +83,8 @@ class Robot {
   Robot(std::string name, std::vector<Joint> joints, std::vector<Link> links, const std::string& source);
 
   /// Reads a URDF through urdfdom. Revolute, continuous, prismatic and fixed joints; trees with one root; rotated
-  /// inertial frames. At most 16 MiB, 1,000 links. Throws InputError. `notes` receives what was ignored (meshes, mimic,
-  /// ...).
+  /// inertial frames. At most 16 MiB, 1,000 links. Throws InputError. `notes` receives what was ignored (mimic, ...).
+  /// Meshes are named, not read.
   static std::shared_ptr<const Robot> from_urdf(const std::filesystem::path& file,
                                                 std::vector<std::string>* notes = nullptr);
   static std::shared_ptr<const Robot> from_urdf_text(const std::string& xml, const std::string& source,
@@ -96,7 +105,7 @@ class Robot {
   double moving_mass() const;
 
   /// Where a payload is carried: the origin of the link named `tool`, else the last link's tip (the visual corner
-  /// farthest from the joint; without visuals twice the centre of mass).
+  /// farthest from the joint; without visuals, which meshes do not count among, twice the centre of mass).
   struct Tool {
     int body = -1;
     Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, in the body frame

@@ -133,7 +133,14 @@ class Converter {
         visual.shape = Visual::Shape::sphere;
         visual.size = {static_cast<const urdf::Sphere&>(*in.geometry).radius, 0.0, 0.0};
         break;
-      default: notes_.push_back("link " + printable(link.name, 60) + ": its mesh is not drawn"); return;
+      case urdf::Geometry::MESH: {
+        const auto& mesh = static_cast<const urdf::Mesh&>(*in.geometry);
+        visual.shape = Visual::Shape::mesh;
+        visual.mesh_file = mesh.filename;
+        visual.mesh_scale = {mesh.scale.x, mesh.scale.y, mesh.scale.z};
+        break;
+      }
+      default: return;
     }
     link.visuals.push_back(visual);
   }

@@ -22,11 +22,11 @@ struct NumberRule {
   int count;
 };
 constexpr NumberRule kNumberRules[] = {
-    {"origin", "xyz", 3},      {"origin", "rpy", 3},    {"axis", "xyz", 3},      {"mass", "value", 1},
-    {"inertia", "ixx", 1},     {"inertia", "ixy", 1},   {"inertia", "ixz", 1},   {"inertia", "iyy", 1},
-    {"inertia", "iyz", 1},     {"inertia", "izz", 1},   {"box", "size", 3},      {"cylinder", "radius", 1},
-    {"cylinder", "length", 1}, {"sphere", "radius", 1}, {"color", "rgba", 4},    {"limit", "lower", 1},
-    {"limit", "upper", 1},     {"limit", "effort", 1},  {"limit", "velocity", 1}};
+    {"origin", "xyz", 3},      {"origin", "rpy", 3},    {"axis", "xyz", 3},       {"mass", "value", 1},
+    {"inertia", "ixx", 1},     {"inertia", "ixy", 1},   {"inertia", "ixz", 1},    {"inertia", "iyy", 1},
+    {"inertia", "iyz", 1},     {"inertia", "izz", 1},   {"box", "size", 3},       {"cylinder", "radius", 1},
+    {"cylinder", "length", 1}, {"sphere", "radius", 1}, {"color", "rgba", 4},     {"limit", "lower", 1},
+    {"limit", "upper", 1},     {"limit", "effort", 1},  {"limit", "velocity", 1}, {"mesh", "scale", 3}};
 
 /// Attributes without which an element means nothing; urdfdom fills some of them in silently.
 constexpr std::pair<const char*, const char*> kRequired[] = {

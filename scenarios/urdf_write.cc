@@ -40,6 +40,9 @@ std::string visual_text(const Visual& visual, const std::string& material) {
                           format_number(visual.size[1]));
       break;
     case Visual::Shape::sphere: shape = fmt::format("<sphere radius='{}'/>", format_number(visual.size[0])); break;
+    case Visual::Shape::mesh:
+      shape = fmt::format("<mesh filename='{}' scale='{}'/>", xml_escaped(visual.mesh_file), triple(visual.mesh_scale));
+      break;
   }
   const auto& c = visual.rgba;
   return fmt::format(

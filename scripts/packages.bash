@@ -8,10 +8,10 @@ base_packages=(
   nlohmann-json3-dev
   libjs-dygraphs
 )
-# The other engines, pictures, benchmarks, runs over several machines and the Python module: what `minimal` does without.
+# The other engines, pictures, meshes, benchmarks, runs over several machines and the Python module: what `minimal` does without.
 engine_packages=(
   $(sed -n 's/^set(engine_packages \(.*\))$/\1/p' backends/*/engine.cmake)
-  libosmesa6-dev libbenchmark-dev python3
+  libosmesa6-dev libassimp-dev libbenchmark-dev python3
   libopenmpi-dev openmpi-bin
   pybind11-dev python3-dev python3-numpy
 )

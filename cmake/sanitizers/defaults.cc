@@ -11,7 +11,8 @@ const char* __lsan_default_options() { return "print_suppressions=0"; }
 
 // What Debian's libraries keep until the process ends. Nothing of ours belongs here.
 const char* __lsan_default_suppressions() {
-  return "leak:libOSMesa\n";  // Mesa keeps its screen after the last context is gone
+  return "leak:libOSMesa\n"   // Mesa keeps its screen after the last context is gone
+         "leak:libassimp\n";  // assimp loses what it had read of a file that it then refuses
 }
 
 }  // extern "C"

@@ -85,8 +85,23 @@ function arc(radius, z, from, to) {
   return profile;
 }
 
+// Vertices are whole steps of the box about the middle; a face is lit evenly.
+function facetsOf({ half, steps, vertices, triangles }) {
+  const mesh = [], at = (i) => half.map((h, k) => h * ((2 * vertices[3 * i + k]) / steps - 1));
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = [at(triangles[t]), at(triangles[t + 1]), at(triangles[t + 2])];
+    const [ux, uy, uz] = b.map((v, k) => v - a[k]), [vx, vy, vz] = c.map((v, k) => v - a[k]);
+    const normal = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], size = Math.hypot(...normal);
+    if (size === 0) continue;
+    const unit = normal.map((v) => v / size);
+    mesh.push([[...a, ...b, ...c], [...unit, ...unit, ...unit]]);
+  }
+  return mesh;
+}
+
 function meshOf(solid) {
   const [radius, , half] = solid.half;
+  if (solid.kind === "mesh") return facetsOf(solid);
   if (solid.kind === "box") return boxMesh(solid.half);
   if (solid.kind === "sphere") return turnedMesh(arc(radius, 0, -Math.PI / 2, Math.PI / 2));
   if (solid.kind === "capsule")
@@ -214,12 +229,13 @@ class Figure {
     this.solids.forEach((solid, index) => {
       const pose = timesPose(solid.body < 0 ? IDENTITY : poses[solid.body], solid.pose);
       const color = colorOf(solid);
-      for (const [points, normals] of solid.mesh) this.place(raster, view, pose, points, normals, color, index + 1);
+      const open = solid.kind === "mesh";  // may be seen from inside, or have faces that are turned round
+      for (const [points, normals] of solid.mesh) this.place(raster, view, pose, points, normals, color, index + 1, open);
     });
   }
 
-  place(raster, view, pose, points, normals, color, owner) {
-    const corners = [], shades = [];
+  place(raster, view, pose, points, normals, color, owner, open) {
+    const corners = [];
     for (let k = 0; k < 9; k += 3) {
       const [x, y, z] = [points[k], points[k + 1], points[k + 2]];
       const corner = view.project(pose[0] * x + pose[3] * y + pose[6] * z + pose[9],
@@ -227,9 +243,13 @@ class Figure {
                                   pose[2] * x + pose[5] * y + pose[8] * z + pose[11]);
       if (corner[2] < NEAREST * view.distance) return;
       corners.push(corner);
-      shades.push(this.shade(view, pose, normals[k], normals[k + 1], normals[k + 2]));
     }
-    raster.triangle(corners[0], corners[1], corners[2], shades, color, owner);
+    const [a, b, c] = corners, behind = open && (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0;
+    const shades = [], side = behind ? -1 : 1;
+    for (let k = 0; k < 9; k += 3)
+      shades.push(this.shade(view, pose, side * normals[k], side * normals[k + 1], side * normals[k + 2]));
+    if (behind) raster.triangle(a, c, b, [shades[0], shades[2], shades[1]], color, owner);
+    else raster.triangle(corners[0], corners[1], corners[2], shades, color, owner);
   }
 
   // Light from above, some from over the beholder's left shoulder.

@@ -139,6 +139,21 @@ class Pages(unittest.TestCase):
         stopped = self.time()
         self.assertEqual(self.time(), stopped)
 
+    def test_meshes_are_drawn_coarser_and_the_page_stays_small(self):
+        self.assertLess((self.folder / "meshed.html").stat().st_size, MOST_BYTES)
+        self.opened("meshed.html")
+        self.browser.run("document.querySelector('.replay').scrollIntoView()")
+        self.browser.run("const s = document.querySelector('.replay-slider'); s.value = 5; s.dispatchEvent(new Event('input'))")
+        self.time()
+        first = self.browser.run(INK, ".replay canvas", 0)
+        self.assertGreater(first[1], 0.03, "the balls cover part of the picture")
+        self.browser.run("const s = document.querySelector('.replay-slider'); s.value = 8; s.dispatchEvent(new Event('input'))")
+        self.time()
+        self.assertNotEqual(self.browser.run(INK, ".replay canvas", 0)[0], first[0])
+        self.assertIn("The meshes are drawn coarser here", self.browser.run("return document.body.innerText"))
+        # The browser remarks that a canvas is read twice, which only this test does.
+        self.assertEqual([m for m in self.browser.messages() if "willReadFrequently" not in m], [])
+
     def test_numbers_and_colour_at_the_cursor_are_those_of_the_recording(self):
         self.opened("usual.html")
         self.browser.run("const s = document.querySelector('.replay-slider'); s.value = 10; s.dispatchEvent(new Event('input'))")

@@ -10,6 +10,7 @@
 #include "scenarios/files.h"
 #include "scenarios/robot.h"
 #include "tests/reports/sample.h"
+#include "tests/scenarios/mesh_writer.h"
 
 namespace lacuna {
 namespace {
@@ -82,6 +83,20 @@ void write_usual(const fs::path& folder) {
   write(folder / "consistent.html", scenario, d);
 }
 
+/// The same arm, every link a mesh of more triangles than the page keeps.
+void write_meshed(const fs::path& folder) {
+  Scenario scenario;
+  const auto plain = Robot::from_urdf(kArm);
+  auto links = plain->links();
+  const auto mesh = std::make_shared<const Mesh>(test::ball_mesh(0.15f, 60));
+  for (Link& link : links)
+    for (Visual& visual : link.visuals) visual.shape = Visual::Shape::mesh, visual.size.setZero(), visual.mesh = mesh;
+  scenario.robot = std::make_shared<const Robot>("meshed", plain->joints(), links, "meshed");
+  Diagnosis d = sample::diagnosis();
+  add_replays(d, joint_names(*scenario.robot), {"test_1.csv", "validate_1.csv", "validate_2.csv"});
+  write(folder / "meshed.html", scenario, d);
+}
+
 /// Every name in it is an attack, those of the robot's joints and of the recordings included.
 void write_hostile(const fs::path& folder) {
   const std::string attack = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&\xff";
@@ -120,5 +135,6 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   std::filesystem::create_directories(folder);
   lacuna::write_usual(folder);
+  lacuna::write_meshed(folder);
   lacuna::write_hostile(folder);
 }

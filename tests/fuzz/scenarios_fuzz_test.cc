@@ -8,10 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "scenarios/error.h"
+#include "scenarios/mesh.h"
 #include "scenarios/mjcf.h"
 #include "scenarios/scenario.h"
 #include "scenarios/yaml_reader.h"
 #include "tests/fuzz/mutants.h"
+#include "tests/scenarios/mesh_writer.h"
 #include "draft/draft.h"
 
 namespace lacuna {
@@ -281,6 +284,121 @@ TEST_F(Fuzz, MjcfTexts) {
     };
     if (!survives(work, mutant)) break;
   }
+}
+
+TEST_F(Fuzz, MeshFiles) {
+  if (std::string reason; !meshes_available(&reason)) GTEST_SKIP() << reason;
+  const Mesh box = test::box_mesh({0, 0, 0}, {1, 2, 3});
+  const std::vector<std::pair<std::string, std::string>> valid{{"stl", test::text_stl(box)},
+                                                               {"stl", test::binary_stl(box)},
+                                                               {"obj", test::obj(box)},
+                                                               {"dae", test::collada(box, 5.0)}};
+  const std::vector<std::string> tokens{"facet",
+                                        "endfacet",
+                                        "outer loop",
+                                        "vertex",
+                                        "endsolid",
+                                        "solid",
+                                        "\n",
+                                        "\\\n",
+                                        "f 1 2 3",
+                                        "f -1 -2 -3",
+                                        "f 99999999 1 2",
+                                        "f 1//",
+                                        "f 1/1/1 2/2/2 3/3/3",
+                                        "usemtl x",
+                                        "mtllib /dev/zero",
+                                        "v 1",
+                                        "vn 0 0 1",
+                                        "l 1 2",
+                                        "p 1",
+                                        "curv",
+                                        "nan",
+                                        "inf",
+                                        "1e999",
+                                        "-",
+                                        "<",
+                                        ">",
+                                        "/>",
+                                        "</p>",
+                                        "<p>",
+                                        "count='99999999'",
+                                        "stride='0'",
+                                        "#v",
+                                        "#p",
+                                        "url='#n'",
+                                        "<instance_node url='#n'/>",
+                                        "<node>",
+                                        "</node>",
+                                        "<polylist>",
+                                        "<vcount>",
+                                        "offset='9'",
+                                        "1.5",
+                                        " .5 ",
+                                        "1e3",
+                                        " x ",
+                                        "<!-- -->",
+                                        std::string(4, '\xff'),
+                                        std::string(4, '\0'),
+                                        "\xff"};
+  Mutator mutate(tokens, 8);
+  for (int i = 0; i < kMutants; ++i) {
+    const auto& [format, text] = valid[static_cast<std::size_t>(i) % valid.size()];
+    const std::string mutant = mutate(text);
+    const auto work = [&] {
+      const Mesh mesh = read_mesh(mutant, format, "m." + format);
+      ASSERT_FALSE(mesh.triangles.empty());
+      for (const Eigen::Vector3f& vertex : mesh.vertices) ASSERT_TRUE(vertex.allFinite());
+      for (const auto& triangle : mesh.triangles)
+        for (const std::uint32_t corner : triangle) ASSERT_LT(corner, mesh.vertices.size());
+    };
+    if (!survives(work, mutant)) break;
+  }
+}
+
+/// Whatever a name says, what is found lies below one of the folders.
+TEST_F(Fuzz, MeshNames) {
+  write(folder_ / "outside.stl", "x");
+  std::filesystem::create_directories(folder_ / "robot/deep");
+  std::filesystem::create_directories(folder_ / "share/arm/deep");
+  write(folder_ / "robot/deep/x.stl", "x");
+  write(folder_ / "share/arm/deep/x.stl", "x");
+  std::filesystem::create_symlink(folder_ / "outside.stl", folder_ / "robot/link.stl");
+  const MeshFolders folders{folder_ / "robot", {folder_ / "share"}};
+  const std::vector<std::string> tokens{"..",
+                                        "../",
+                                        "/",
+                                        "//",
+                                        "./",
+                                        "package://",
+                                        "file://",
+                                        "arm",
+                                        "deep",
+                                        "x.stl",
+                                        "outside.stl",
+                                        "link.stl",
+                                        folder_.string(),
+                                        "%2e%2e",
+                                        std::string(1, '\0')};
+  Mutator mutate(tokens, 9);
+  int found = 0;
+  for (int i = 0; i < kMutants; ++i) {
+    const std::string valid[] = {"deep/x.stl", "package://arm/deep/x.stl",
+                                 "file://" + (folder_ / "robot/deep/x.stl").string()};
+    const std::string mutant = mutate(valid[i % 3]);
+    const auto work = [&] {
+      std::string why;
+      const auto file = find_mesh(mutant, folders, "m", why);
+      ASSERT_NE(file.has_value(), !why.empty());
+      if (!file) return;
+      ++found;
+      const std::string whole = std::filesystem::canonical(*file).string();
+      const std::string root = std::filesystem::canonical(folder_).string();
+      ASSERT_TRUE(whole.starts_with(root + "/robot") || whole.starts_with(root + "/share")) << whole;
+    };
+    if (!survives(work, mutant)) break;
+  }
+  EXPECT_GT(found, 0) << "no mutant names a file: nothing was tried";
 }
 
 /// Whatever a recording is called and holds, its draft is a scenario.

@@ -59,6 +59,38 @@ TEST(RobotFigure, RailsReachFromLimitToLimitWhereverTheSlideIs) {
   }
 }
 
+TEST(RobotFigure, AMeshStandsAboutTheMiddleOfItsBoxAndShowsItsJointItself) {
+  const auto robot = test::with_mesh(*test::robot(test::kArm), test::box_mesh({0, 0, 0}, {0.25f, 0.5f, 0.75f}));
+  const auto figure = robot_figure(*robot, test::link_poses(*robot, {0, 0, 0}));
+  // The turret's visual lies 0.1 m above its link, which stands 0.1 m above the base.
+  const Solid* mesh = find(figure, Solid::Kind::mesh, {0.125, 0.25, 0.575});
+  ASSERT_NE(mesh, nullptr);
+  EXPECT_LT((mesh->half - Vector3d(0.125, 0.25, 0.375)).norm(), 1e-12);
+  EXPECT_EQ(find(figure, Solid::Kind::cylinder, {0, 0, 0.3}), nullptr) << "no pin at the lift";
+  EXPECT_NE(find(figure, Solid::Kind::cylinder, {0.6, 0, 0.3}), nullptr) << "one at the wrist, whose link has no mesh";
+}
+
+TEST(RobotFigure, AMeshThatWasNotReadIsDrawnLikeALinkWithoutVisuals) {
+  const auto bare = test::robot(test::kArm);
+  auto links = bare->links();
+  for (Link& link : links) link.visuals.clear();
+  const auto without = std::make_shared<const Robot>("arm", bare->joints(), links, "test");
+  for (Link& link : links) {
+    link.visuals.emplace_back();
+    link.visuals.back().shape = Visual::Shape::mesh;
+    link.visuals.back().mesh_file = "none.stl";
+  }
+  const auto unread = std::make_shared<const Robot>("arm", bare->joints(), links, "test");
+  const auto a = robot_figure(*without, test::link_poses(*without, {0, 0, 0}));
+  const auto b = robot_figure(*unread, test::link_poses(*unread, {0, 0, 0}));
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].kind, b[i].kind);
+    EXPECT_EQ(a[i].half, b[i].half);
+    EXPECT_EQ(a[i].pose.matrix(), b[i].pose.matrix());
+  }
+}
+
 TEST(RobotFigure, RefusesAWrongCountAndPosesThatAreNotFinite) {
   const auto robot = test::robot(test::kArm);
   auto poses = test::link_poses(*robot, {0, 0, 0});

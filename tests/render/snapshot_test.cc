@@ -72,6 +72,31 @@ TEST_F(Snapshot, RedBoxBeforeTheCameraIsRedInTheMiddleAndNotAtTheBorder) {
   }
 }
 
+/// A mesh is painted by other code than a box: the same box either way must give nearly the same picture.
+TEST_F(Snapshot, ABoxOfTrianglesLooksLikeTheBoxItself) {
+  const auto robot = test::robot(test::kRedBox);
+  const auto meshed = test::with_mesh(*robot, test::box_mesh({-0.1f, -0.1f, -0.1f}, {0.2f, 0.2f, 0.2f}));
+  Camera camera;
+  camera.distance = 1.0;
+  camera.radius = 0.2;
+  camera.ground = -0.1;
+  const Image triangles = render_snapshot(*meshed, test::link_poses(*meshed, {0}), camera, small());
+  EXPECT_EQ(triangles.rgb, render_snapshot(*meshed, test::link_poses(*meshed, {0}), camera, small()).rgb);
+  const auto red = [](const Image& image) {
+    std::vector<bool> out;
+    for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+      out.push_back(image.rgb[i] > 60 && image.rgb[i + 1] < image.rgb[i] / 4);
+    return out;
+  };
+  const Image solid = render_snapshot(*robot, test::link_poses(*robot, {0}), camera, small());
+  const std::vector<bool> a = red(triangles), b = red(solid);
+  std::size_t both = 0, one = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) both += a[i] && b[i], one += a[i] != b[i];
+  // The plain box has a rail and stops, which stick out of it: dark pixels before and behind it.
+  EXPECT_GT(both, 5000u);
+  EXPECT_LT(one, both / 10);
+}
+
 TEST_F(Snapshot, PictureLiesWhereTheCameraProjects) {
   const auto robot = test::robot(test::kRedBox);
   Camera camera;

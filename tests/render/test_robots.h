@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scenarios/robot.h"
+#include "tests/scenarios/mesh_writer.h"
 
 namespace lacuna::test {
 
@@ -45,6 +46,20 @@ inline const char* kArm = R"(<robot name="arm">
 </robot>)";
 
 inline std::shared_ptr<const Robot> robot(const char* urdf) { return Robot::from_urdf_text(urdf, "test"); }
+
+/// The robot with the mesh in place of the first visual of every link that has one.
+inline std::shared_ptr<const Robot> with_mesh(const Robot& plain, const Mesh& mesh) {
+  auto links = plain.links();
+  for (Link& link : links) {
+    if (link.visuals.empty()) continue;
+    Visual& visual = link.visuals.front();
+    visual.shape = Visual::Shape::mesh;
+    visual.size.setZero();
+    visual.mesh_file = "made.stl";
+    visual.mesh = std::make_shared<const Mesh>(mesh);
+  }
+  return std::make_shared<const Robot>(plain.name(), plain.joints(), links, "test");
+}
 
 inline std::vector<Eigen::Isometry3d> link_poses(const Robot& robot, const std::vector<double>& q) {
   std::vector<Eigen::Isometry3d> bodies;

@@ -10,6 +10,7 @@
 #include "render/figure.h"
 #include "scenarios/robot.h"
 #include "tests/reports/sample.h"
+#include "tests/scenarios/mesh_writer.h"
 
 namespace lacuna {
 namespace {
@@ -124,6 +125,52 @@ TEST(ReplaySection, AJointThatIsNotMeasuredStandsAtZero) {
   const PageData data = data_of(replay_section(scenario, replays, {}));
   EXPECT_EQ(data["joints"].size(), static_cast<std::size_t>(scenario.robot->dof()));
   EXPECT_EQ(data["recordings"][0]["joints"].size(), 2u);
+}
+
+/// A robot whose every link with visuals is the mesh.
+Scenario meshed(const Mesh& mesh) {
+  Scenario out = scenario_of("hydrolek/hydrolek.urdf");
+  auto links = out.robot->links();
+  const auto shared = std::make_shared<const Mesh>(mesh);
+  for (Link& link : links)
+    for (Visual& visual : link.visuals) visual.shape = Visual::Shape::mesh, visual.size.setZero(), visual.mesh = shared;
+  out.robot = std::make_shared<const Robot>("meshed", out.robot->joints(), links, "test");
+  return out;
+}
+
+TEST(ReplaySection, CarriesMeshesInWholeStepsOfTheirBox) {
+  const Mesh box = test::box_mesh({0.1f, 0, 0}, {0.2f, 0.4f, 0.1f});
+  const Scenario scenario = meshed(box);
+  const Html html = replay_section(scenario, std::vector{replay_of(*scenario.robot)}, {});
+  const PageData data = data_of(html);
+  std::size_t meshes = 0;
+  for (const PageData& solid : data["solids"]) {
+    if (solid["kind"] != "mesh") continue;
+    ++meshes;
+    ASSERT_EQ(solid["vertices"].size(), 24u);
+    ASSERT_EQ(solid["triangles"].size(), 36u);
+    for (std::size_t i = 0; i < 24; ++i) {
+      const double half = solid["half"][i % 3].get<double>(), steps = solid["steps"].get<double>();
+      const double middle = 0.5 * (box.lower + box.upper)[static_cast<Eigen::Index>(i % 3)];
+      EXPECT_NEAR(middle + half * (2 * solid["vertices"][i].get<double>() / steps - 1),
+                  box.vertices[i / 3][static_cast<Eigen::Index>(i % 3)], kRounding);
+    }
+  }
+  EXPECT_GT(meshes, 0u);
+  EXPECT_EQ(html.markup.find("coarser"), std::string::npos);
+}
+
+TEST(ReplaySection, LargeMeshesAreMadeCoarserAndThePageSaysSo) {
+  const Scenario scenario = meshed(test::ball_mesh(0.3f, 100));
+  const Html html = replay_section(scenario, std::vector{replay_of(*scenario.robot)}, {});
+  std::size_t triangles = 0;
+  const PageData data = data_of(html);
+  for (const PageData& solid : data["solids"])
+    if (solid["kind"] == "mesh") triangles += solid["triangles"].size() / 3;
+  EXPECT_GT(triangles, kMostTriangles / 8);
+  EXPECT_LE(triangles, kMostTriangles);
+  EXPECT_NE(html.markup.find("The meshes are drawn coarser here"), std::string::npos);
+  EXPECT_LT(html.markup.size(), 500'000u) << "what the header promises, and the recording";
 }
 
 }  // namespace

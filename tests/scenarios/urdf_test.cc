@@ -56,10 +56,19 @@ TEST(Urdf, NotesWhatItIgnores) {
   std::vector<std::string> notes;
   std::string xml =
       replaced(kRobot, "<origin xyz='1 0 0'/>", "<origin xyz='1 0 0'/><mimic joint='a'/><dynamics damping='1'/>");
-  xml = replaced(xml, "<link name='base'/>",
-                 "<link name='base'><visual><geometry><mesh filename='x.stl'/></geometry></visual></link>");
   Robot::from_urdf_text(xml, "arm.urdf", &notes);
-  EXPECT_THAT(notes, testing::UnorderedElementsAre(HasSubstr("mesh"), HasSubstr("mimic"), HasSubstr("<dynamics>")));
+  EXPECT_THAT(notes, testing::UnorderedElementsAre(HasSubstr("mimic"), HasSubstr("<dynamics>")));
+}
+
+TEST(Urdf, MeshesAreNamedAndNotOpened) {
+  const auto robot = Robot::from_urdf_text(replaced(kRobot, "<link name='base'/>",
+                                                    "<link name='base'><visual><geometry><mesh filename='none/x.stl' "
+                                                    "scale='1 2 .5'/></geometry></visual></link>"),
+                                           "arm.urdf");
+  const Visual& visual = robot->links()[static_cast<std::size_t>(*robot->find_link("base"))].visuals.at(0);
+  EXPECT_EQ(visual.mesh_file, "none/x.stl");
+  EXPECT_EQ(visual.mesh_scale, Eigen::Vector3d(1, 2, 0.5));
+  EXPECT_FALSE(visual.drawn());
 }
 
 TEST(Urdf, WhatIsWrittenReadsBack) {
