@@ -60,7 +60,7 @@ TEST(Render, MeshesOfPackagesAreDrawnAndMissingOnesAreNoted) {
       "<visual><geometry><mesh filename='package://my_arm/box.stl' scale='.001 .001 .001'/></geometry></visual>";
   ASSERT_NE(urdf.find("<inertial>"), std::string::npos);
   arm.files().write("arm.urdf", replaced(urdf, "<inertial>", visual + "<inertial>"));
-  arm.files().write("share/my_arm/box.stl", text_stl(box_mesh({0, -50, -50}, {500, 100, 100})));
+  arm.files().write("share/my_arm/box.stl", text_stl(box_mesh({0, -50, -50}, {500, 100, 400})));
   const auto picture = [&](const std::vector<std::string>& options, const std::string& name) {
     std::vector<std::string> line{"render",   arm.scenario(), "--width", "160",
                                   "--height", "120",          "-o",      (arm.folder() / name).string()};
