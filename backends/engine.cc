@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "scenarios/error.h"
+
 namespace lacuna {
 namespace {
 
@@ -78,6 +80,20 @@ void Dynamics::native_step(const std::string& integrator, std::span<double> q, s
     throw std::invalid_argument("Dynamics: step " + std::to_string(step) + " s, expected a number > 0");
   }
   do_native_step(integrator, q.data(), v.data(), tau.data(), step);
+}
+
+void Dynamics::set_own_losses(std::span<const JointLoss> losses) {
+  if (!losses.empty()) check_size("losses", losses.size(), dof());
+  for (const JointLoss& loss : losses) {
+    const double sum = loss.damping + loss.friction;
+    if (!(loss.damping >= 0.0) || !(loss.friction >= 0.0) || !std::isfinite(sum))
+      throw std::invalid_argument("Dynamics: a loss of " + std::to_string(sum) + ", expected finite numbers from 0");
+  }
+  do_set_own_losses(losses);
+}
+
+void Dynamics::do_set_own_losses(std::span<const JointLoss>) {
+  throw WorkError("this engine has no losses of its own in its steps");
 }
 
 std::optional<JointGap> Dynamics::native_joint_gap(std::span<const double> q, std::span<const double> v, double step,

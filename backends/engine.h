@@ -3,7 +3,7 @@
 // Everything that is not rigid-body (actuators, friction, delay, sensors) is physics/, written once above this line.
 // Conventions: joint i moves body i (scenarios/robot.h); q in rad or m, v its rate, tau generalised force (N m or N);
 // poses and gravity in the world frame; the base is fixed to the world. Joint limits, damping, contacts and friction
-// losses of the engine itself are always off.
+// losses of the engine itself are off, but for set_own_losses.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,6 +43,12 @@ struct OwnModel {
   std::string words;     ///< how the engine models it, and how it is switched off
 };
 
+/// What a joint loses by the engine's own model.
+struct JointLoss {
+  double damping = 0.0;   ///< N m s/rad (N s/m), 0 or above
+  double friction = 0.0;  ///< N m (N), bound of dry friction, 0 or above
+};
+
 struct EngineInfo {
   std::string name;     ///< as its folder: "featherstone", "mujoco", ...
   std::string version;  ///< of the library, "" where it is not built
@@ -51,6 +57,7 @@ struct EngineInfo {
   std::vector<Capability> capabilities;
   std::vector<std::string> native_integrators;  ///< names that native_step takes, the engine's default first
   std::vector<OwnModel> own_models;
+  bool own_losses = false;  ///< Dynamics::set_own_losses works
 };
 
 /// One robot built in one engine, with its scratch state. Not shared between threads: give each its clone().
@@ -88,6 +95,11 @@ class Dynamics {
   void native_step(const std::string& integrator, std::span<double> q, std::span<double> v, std::span<const double> tau,
                    double step);
 
+  /// From here on native_step, and it alone, also has these losses as the engine models them itself
+  /// (EngineInfo::own_models); one a joint, or none at all: rigid bodies alone. Throws WorkError where the engine has
+  /// no such model here.
+  void set_own_losses(std::span<const JointLoss> losses);
+
   /// Largest gaps after `steps` of the engine's own steps from (q, v), no efforts, where its state is bodies and not
   /// joint coordinates; nothing where joints cannot come apart. `correction`: share of a gap that is pulled back a
   /// step.
@@ -108,6 +120,8 @@ class Dynamics {
   virtual void do_body_poses(const double* q, std::vector<Eigen::Isometry3d>& poses) = 0;
   virtual Energy do_energy(const double* q, const double* v) = 0;
   virtual void do_native_step(const std::string& integrator, double* q, double* v, const double* tau, double step) = 0;
+  /// Default: WorkError. One a joint, or empty.
+  virtual void do_set_own_losses(std::span<const JointLoss> losses);
   virtual std::optional<JointGap> do_native_joint_gap(const double*, const double*, double, int, double) {
     return std::nullopt;
   }

@@ -14,6 +14,7 @@
 #include "cli/progress.h"
 #include "cli/recording_choice.h"
 #include "cli/scenario_folders.h"
+#include "cli/simulators.h"
 #include "cli/table.h"
 #include "render/snapshot.h"
 #include "reports/comparison.h"
@@ -37,6 +38,7 @@ struct CompareFlags {
   double duration = 5.0;  // s
   std::vector<std::string> package_paths;
   bool no_identify = false, no_pictures = false;
+  SimulatorFlags simulators;
 };
 
 /// Where results go, and what they are called after.
@@ -264,7 +266,10 @@ void add_compare(CLI::App& app, Session& session) {
       "against\n"
       "precision, repeatability, identification. SCENARIO may be a folder of scenarios: one report over all.\n"
       "Writes compare.json, report.html and pictures to -o DIR, else out/<name>",
-      "lacuna compare scenarios/compare -o out/compare", [&session, flags] { CompareRun(session, *flags).run(); });
+      "lacuna compare scenarios/compare -o out/compare", [&session, flags] {
+        if (!flags->simulators.engines.empty()) return run_simulators(session, flags->simulators);
+        CompareRun(session, *flags).run();
+      });
   command.add_option("--engine", flags->engine, "Engines, with commas between them, or all (default: all)");
   command.add_option("--recording", flags->recording,
                      "Recording whose commands and start are run (default: the first test recording)");
@@ -273,6 +278,7 @@ void add_compare(CLI::App& app, Session& session) {
   command.add_option("--baseline", flags->baseline, "An older compare.json: what changed beyond noise is marked");
   add_package_paths(command, flags->package_paths);
   command.add_flag("--no-identify", flags->no_identify, "Leaves out the identification on every engine");
+  add_simulator_options(command, flags->simulators);
   command.add_flag("--no-pictures", flags->no_pictures, "Leaves out the pose snapshots");
 }
 

@@ -22,14 +22,6 @@ constexpr double kFreeDuration = 5.0;         // s, of a motion without commands
 constexpr std::size_t kFewestIntervals = 32;  // of a motion without commands
 constexpr std::uint32_t kSpeedDraws = 71;     // purpose of the random stream
 
-/// Whether an effect does nothing but change what a transducer reads.
-bool only_reads(const EffectSpec& spec) {
-  const int type = find_effect(spec.effect);
-  if (type < 0) return false;  // the plant refuses it with a better message
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(type)];
-  return hooks.sense != nullptr && hooks.effort == nullptr && hooks.command == nullptr && hooks.dry_friction == nullptr;
-}
-
 bool changes_masses(const EffectSpec& spec) {
   const int type = find_effect(spec.effect);
   if (type < 0) return false;
@@ -172,6 +164,13 @@ std::string words_of(const Scenario& scenario, const Motion& motion) {
 }
 
 }  // namespace
+
+bool only_reads(const EffectSpec& spec) {
+  const int type = find_effect(spec.effect);
+  if (type < 0) return false;  // the plant refuses it with a better message
+  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(type)];
+  return hooks.sense != nullptr && hooks.effort == nullptr && hooks.command == nullptr && hooks.dry_friction == nullptr;
+}
 
 double Motion::duration() const {
   const Segment& last = phases.back().segment;

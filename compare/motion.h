@@ -40,6 +40,9 @@ std::unique_ptr<Dynamics> build_engine(const std::string& engine, const Motion& 
 /// Spacing of the samples of a motion without commands, and so its longest step, s; a short motion has 32 of them.
 inline constexpr double kFreeSpacing = 0.064;
 
+/// Whether an effect does nothing but change what a transducer reads.
+bool only_reads(const EffectSpec& spec);
+
 /// The scenario's motion: the commands that `motion` names, read here, else commands and start from the scenario's one
 /// recording (already chosen and loaded); start, duration and pickup as `motion` states them; where nobody says every
 /// joint at 1 rad (0.1 m), at rest. At most `most` seconds unless `motion` states a duration. Effects that only change

@@ -158,6 +158,10 @@ Runner::Runner(std::string engine, const Motion& motion)
     : engine_(std::move(engine)), motion_(motion), plants_(std::make_unique<Plants>(engine_, motion.model)) {}
 Runner::~Runner() = default;
 
+void Runner::set_own_losses(std::span<const JointLoss> losses) {
+  plants_->plant.dynamics().engine().set_own_losses(losses);
+}
+
 std::string Runner::refuses(const Method& method) const {
   if (!method.native) return "";
   for (int j = 0; j < motion_.model.dof(); ++j) {

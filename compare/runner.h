@@ -39,6 +39,10 @@ class Runner {
   Runner(std::string engine, const Motion& motion);
   ~Runner();
 
+  /// What the engine's own methods take away by the engine's own model of losses (backends/engine.h), one a joint.
+  /// Throws WorkError where it has none.
+  void set_own_losses(std::span<const JointLoss> losses);
+
   /// Why this engine cannot be carried through this motion by the method; "" where it can.
   std::string refuses(const Method& method) const;
 

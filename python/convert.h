@@ -8,6 +8,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <span>
 #include <string>
@@ -31,6 +32,30 @@ inline Array array_of(const std::vector<double>& numbers) {
 
 /// A result record, as the program writes it with --json, as dicts and lists; null is None.
 inline py::object dict_of(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
+
+/// The same object with every list of numbers, however deep, as an array; None among them is nan. Lists of anything
+/// else and empty ones stay lists.
+inline py::object with_arrays(const py::object& value) {
+  if (py::isinstance<py::dict>(value)) {
+    py::dict out;
+    for (const auto& [key, entry] : py::reinterpret_borrow<py::dict>(value))
+      out[key] = with_arrays(py::reinterpret_borrow<py::object>(entry));
+    return out;
+  }
+  if (!py::isinstance<py::list>(value)) return value;
+  py::list out;
+  std::vector<double> numbers;
+  bool any = false;
+  for (const auto& entry : py::reinterpret_borrow<py::list>(value)) {
+    const bool number =
+        (py::isinstance<py::float_>(entry) || py::isinstance<py::int_>(entry)) && !py::isinstance<py::bool_>(entry);
+    any = any || number;
+    if (number || entry.is_none()) numbers.push_back(entry.is_none() ? std::nan("") : entry.cast<double>());
+    out.append(with_arrays(py::reinterpret_borrow<py::object>(entry)));
+  }
+  if (any && numbers.size() == out.size()) return array_of(numbers);
+  return out;
+}
 
 /// Runs `work(stop)` on a thread of its own, without the interpreter's lock, and returns what it returns. Meanwhile
 /// Python's signal handlers run: where one raises (Ctrl-C: KeyboardInterrupt), `stop` is set, the work is awaited, and

@@ -3,6 +3,7 @@
 
 #include "backends/engine.h"
 #include "scenarios/error.h"
+#include "scenarios/mjcf.h"
 #include "python/convert.h"
 #include "python/room.h"
 
@@ -132,12 +133,17 @@ class PythonDynamics {
 
 Eigen::Vector3d vector_of(const std::array<double, 3>& numbers) { return {numbers[0], numbers[1], numbers[2]}; }
 
+std::shared_ptr<Robot> robot_of(const std::filesystem::path& file) {
+  return std::const_pointer_cast<Robot>(read_robot_file(file).robot);  // nothing bound here changes it
+}
+
 void add_robot(py::module_& module) {
-  py::class_<Robot, std::shared_ptr<Robot>>(module, "Robot", "A tree of rigid bodies, read from a URDF file.")
-      .def(py::init([](const std::filesystem::path& file) {
-             return std::const_pointer_cast<Robot>(Robot::from_urdf(file));  // nothing bound here changes it
-           }),
-           py::arg("urdf"))
+  py::class_<Robot, std::shared_ptr<Robot>>(
+      module, "Robot",
+      "A tree of rigid bodies, read from a URDF or MJCF file; of MJCF the mechanism alone (a Scenario takes its "
+      "drives, too).")
+      .def(py::init(&robot_of), py::arg("file"))
+      .def(py::init(&robot_of), py::arg("urdf"))  // its name before MJCF was read
       .def_property_readonly("name", &Robot::name)
       .def_property_readonly("dof", &Robot::dof)
       .def_property_readonly("joints", &joint_list, "List of dicts: name, type, parent, lower, upper (rad, m).")

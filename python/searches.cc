@@ -1,9 +1,11 @@
-// Identification and diagnosis: the program's own records as dicts.
+// Identification, diagnosis and the comparison of two sets of recordings: the program's own records as dicts.
 #include "backends/engine.h"
 #include "diagnosis/diagnosis.h"
 #include "ga/identify.h"
+#include "reports/diff.h"
 #include "reports/json.h"
 #include "scenarios/error.h"
+#include "diff/diff.h"
 #include "python/convert.h"
 #include "python/room.h"
 
@@ -70,6 +72,20 @@ py::object diagnose_scenario(const Scenario& scenario, const std::string& engine
   }));
 }
 
+py::object diff_scenarios(const Scenario& a, const Scenario& b, const std::string& engine, const std::string& optimizer,
+                          int population, int generations, std::uint64_t seed, int threads) {
+  const Search search{engine, optimizer, population, generations, seed, threads, std::nullopt};
+  return with_arrays(dict_of(interruptible([&](const StopFlag& stop) {
+    DiagnoseOptions options;
+    options.identify = search.understood(stop);
+    options.other_engines = false;  // a diff has no use for it
+    check_comparable(a, b);
+    need_train(a, make_experiment(a)), need_train(b, make_experiment(b));
+    const Diagnosis of_a = diagnose(a, options), of_b = diagnose(b, options);
+    return to_json(compare_sets(a, of_a, b, of_b, options.identify), context_of(search, "lacuna.diff"));
+  })));
+}
+
 }  // namespace
 
 void add_searches(py::module_& module) {
@@ -83,6 +99,10 @@ void add_searches(py::module_& module) {
              py::arg("optimizer") = "ga+lsq", py::arg("population") = standard.population,
              py::arg("generations") = kDiagnoseGenerations, py::arg("seed") = 1, py::arg("threads") = 0,
              py::arg("other_engines") = true, "What the scenario's model leaves out: diagnosis.json as a dict.");
+  module.def("diff", &diff_scenarios, py::arg("a"), py::arg("b"), py::arg("engine") = "featherstone",
+             py::arg("optimizer") = "ga+lsq", py::arg("population") = standard.population,
+             py::arg("generations") = kDiagnoseGenerations, py::arg("seed") = 1, py::arg("threads") = 0,
+             "What changed between two scenarios of one machine: diff.json as a dict, its lists of numbers as arrays.");
 }
 
 }  // namespace lacuna

@@ -22,6 +22,7 @@ static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16, "DART's package aligns Eigen's
 #undef NDEBUG
 #include <dart/config.hpp>
 #include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/DegreeOfFreedom.hpp>
 #include <dart/dynamics/PrismaticJoint.hpp>
 #include <dart/dynamics/RevoluteJoint.hpp>
 #include <dart/dynamics/Skeleton.hpp>
@@ -75,7 +76,9 @@ class DartDynamics final : public Dynamics {
   DartDynamics(const DartDynamics&) = delete;
 
   std::unique_ptr<Dynamics> clone() const override {
-    return std::make_unique<DartDynamics>(shared_, skeleton_->getGravity(), inertials_);
+    auto out = std::make_unique<DartDynamics>(shared_, skeleton_->getGravity(), inertials_);
+    out->losses_ = losses_;
+    return out;
   }
 
  protected:
@@ -83,6 +86,8 @@ class DartDynamics final : public Dynamics {
     inertials_[static_cast<std::size_t>(body)] = inertial;
     body_node(body)->setInertia(to_dart(inertial));
   }
+
+  void do_set_own_losses(std::span<const JointLoss> losses) override { losses_.assign(losses.begin(), losses.end()); }
 
   void do_set_gravity(const Eigen::Vector3d& gravity) override { skeleton_->setGravity(gravity); }
 
@@ -141,7 +146,9 @@ class DartDynamics final : public Dynamics {
     set_state(q, v);
     skeleton_->setForces(vector(tau, dof()));
     world_->setTimeStep(step);
+    put_losses(1.0);
     world_->step();
+    put_losses(0.0);
     Eigen::Map<Eigen::VectorXd>(q, dof()) = skeleton_->getPositions();
     Eigen::Map<Eigen::VectorXd>(v, dof()) = skeleton_->getVelocities();
   }
@@ -181,6 +188,14 @@ class DartDynamics final : public Dynamics {
     }
   }
 
+  // Only for a step: DART's accelerations would have the damping in them, too.
+  void put_losses(double share) {
+    for (std::size_t i = 0; i < losses_.size(); ++i) {
+      skeleton_->getDof(i)->setDampingCoefficient(share * losses_[i].damping);
+      skeleton_->getDof(i)->setCoulombFriction(share * losses_[i].friction);
+    }
+  }
+
   void make_world() {
     if (world_) return;
     const std::lock_guard lock(building());
@@ -198,6 +213,7 @@ class DartDynamics final : public Dynamics {
 
   std::shared_ptr<const Robot> shared_;
   std::vector<Inertial> inertials_;
+  std::vector<JointLoss> losses_;
   Eigen::VectorXd rest_;
   dart::dynamics::SkeletonPtr skeleton_;
   dart::simulation::WorldPtr world_;  // of native steps, made at the first
@@ -225,6 +241,7 @@ class DartEngine final : public Engine {
         {"joint limits", "rows of the boxed LCP; not enforced here"},
         {"armature", "none"},
     };
+    info.own_losses = true;
     info.native_integrators = {"semi_implicit_euler"};
     return info;
   }

@@ -119,6 +119,20 @@ class MujocoDynamics final : public Dynamics {
   void do_set_inertial(int body, const Inertial& inertial) override {
     write_inertial(body, inertial);
     sum_subtrees();
+    if (own_losses()) derive_constants();
+  }
+
+  // Nothing but mj_step reads them. A constraint's softness is scaled by what mj_setConst derives from the masses.
+  void do_set_own_losses(std::span<const JointLoss> losses) override {
+    model_->opt.disableflags = disabled;
+    for (std::size_t i = 0; i < dof_.size(); ++i) {
+      model_->dof_damping[dof_[i]] = losses.empty() ? 0.0 : losses[i].damping;
+      model_->dof_frictionloss[dof_[i]] = losses.empty() ? 0.0 : losses[i].friction;
+    }
+    if (losses.empty()) return;
+    model_->opt.disableflags &= ~(mjDSBL_CONSTRAINT | mjDSBL_FRICTIONLOSS | mjDSBL_PASSIVE);
+    reserve_constraints();
+    derive_constants();
   }
 
   void do_set_gravity(const Eigen::Vector3d& gravity) override {
@@ -200,6 +214,19 @@ class MujocoDynamics final : public Dynamics {
     data_.reset(mj_makeData(model_.get()));
     if (!data_) throw WorkError("mujoco cannot hold robot " + quoted(robot().name()) + ": no memory for its state");
   }
+
+  bool own_losses() const { return (model_->opt.disableflags & mjDSBL_PASSIVE) == 0; }
+
+  // The compiler counted on no constraint: one row a joint, and what the solver keeps on the stack for them.
+  void reserve_constraints() {
+    const int rows = model_->nv + 8, stack = 64 * rows * rows + 4096 * rows;
+    if (model_->njmax >= rows && model_->nstack >= stack) return;
+    model_->njmax = std::max(model_->njmax, rows);
+    model_->nstack = std::max(model_->nstack, stack);
+    make_data();
+  }
+
+  void derive_constants() { mj_setConst(model_.get(), data_.get()); }
 
   static int integrator_code(const std::string& name) {
     for (const Integrator& known : integrators) {
@@ -290,6 +317,7 @@ class MujocoEngine final : public Engine {
         {"joint limits", "one-sided constraints, softened by solref and solimp; off: mjDSBL_LIMIT"},
         {"armature", "added to the diagonal of M; 0 here"},
     };
+    info.own_losses = true;
     for (const Integrator& integrator : integrators) info.native_integrators.emplace_back(integrator.name);
     return info;
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "tests/cli/program.h"
@@ -150,6 +151,63 @@ TEST(Compare, IdentifiesOnEveryPair) {
   // Data of RK4 with efforts held over 0.6 ms, found by RK4 with efforts followed: what differs is half a step of lag.
   EXPECT_LT(fits.at("pairs")[0].at("parameter_error").get<double>(), 0.02);
   EXPECT_GT(fits.at("pairs")[0].at("evaluations").get<int>(), 10);
+}
+
+TEST(Simulators, AnEnginesOwnStepsAndFrictionAreToldApartOnAnother) {
+  const auto engines = engine_records();
+  const auto able = std::ranges::find_if(
+      engines, [](const auto& e) { return e.at("name") == "mujoco" && e.at("available").template get<bool>(); });
+  const Arm arm({"elbow.gain=20"});
+  if (able == engines.end()) {
+    expect_refused(lacuna({"compare", arm.scenario(), "--simulators", "featherstone,featherstone"}), kBadInput,
+                   "twice");
+    return;
+  }
+  const fs::path out = arm.folder() / "out";
+  const auto record = json_of(lacuna({"compare", arm.scenario(), "--simulators", "mujoco,featherstone", "--step",
+                                      "0.004", "-o", out.string(), "--json", "--threads", "2"}));
+  EXPECT_EQ(record, json_file(out / "simulators.json"));
+  EXPECT_EQ(record.at("format"), "lacuna-simulators/1");
+  EXPECT_EQ(record.at("recorded_by").at("integrator"), "euler");
+  // MuJoCo's Euler steps under efforts held over them are of first order.
+  EXPECT_NEAR(record.at("order").get<double>(), 1.0, 0.2);
+  const double friction = record.at("joints")[0].at("own_friction");
+  EXPECT_GT(friction, 0.0);
+  for (const auto& diagnosis : record.at("diagnoses")) {
+    const auto& found = diagnosis.at("findings");
+    EXPECT_TRUE(std::ranges::any_of(
+        found,
+        [](const auto& f) { return f.at("effect").template get<std::string>().find("friction") != std::string::npos; }))
+        << "its own dry friction is physics that the plain model lacks, at any step: " << found;
+    EXPECT_TRUE(fs::exists(out / diagnosis.at("folder").get<std::string>() / "diagnosis.json"));
+  }
+  EXPECT_FALSE(record.at("numbers").empty());
+  EXPECT_NE(text_of(out / "report.html").find("What remains"), std::string::npos);
+  // The case that was diagnosed runs again as it is.
+  EXPECT_EQ(
+      lacuna({"simulate", (out / "step" / "scenario.yaml").string(), "-o", (arm.folder() / "again").string()}).code, 0);
+}
+
+TEST(Simulators, WhatCannotBeDoneIsRefusedInOneLine) {
+  const Arm arm;
+  const auto refused = [&](const std::vector<std::string>& more, int code, const std::string& part) {
+    std::vector<std::string> words{"compare", arm.scenario(), "-o", (arm.folder() / "out").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    expect_refused(lacuna(words), code, part);
+  };
+  refused({"--simulators", "featherstone"}, kBadInput, "two engines");
+  refused({"--simulators", "imaginary,featherstone"}, kBadInput, "imaginary");
+  for (const auto& engine : engine_records())
+    if (engine.at("available").get<bool>() && engine.at("name") != "featherstone") {
+      refused({"--simulators", "featherstone," + engine.at("name").get<std::string>()}, kNotDone, "of its own");
+      break;
+    }
+  for (const auto& engine : engine_records())
+    if (engine.at("name") == "mujoco" && engine.at("available").get<bool>()) {
+      refused({"--simulators", "mujoco,featherstone", "--integrator", "magic"}, kBadInput, "implicit");
+      refused({"--simulators", "mujoco,featherstone", "--own-friction", "-1"}, kBadInput, "--own-friction");
+      refused({"--simulators", "mujoco,featherstone", "--step", "0"}, kBadInput, "--step");
+    }
 }
 
 }  // namespace

@@ -35,6 +35,30 @@ def joint_2():
     return lacuna.Scenario(os.path.join(SCENARIOS, "hydrolek", "joint_2_table1.yaml"))
 
 
+MJCF = f"""<mujoco model='pendulum'><worldbody><body name='bob'><joint name='swing' axis='0 1 0'/>
+  <inertial pos='0 0 {-LENGTH}' mass='{MASS}' diaginertia='{INERTIA} {INERTIA} {INERTIA}'/></body></worldbody></mujoco>"""
+
+
+class Robots(unittest.TestCase):
+    def test_are_the_same_from_mjcf_and_urdf(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+            file.write(MJCF)
+            file.flush()
+            robot = lacuna.Robot(file.name)
+        self.assertEqual((robot.dof, robot.joints[0]["name"], robot.moving_mass), (1, "swing", MASS))
+        q, v, tau = np.random.default_rng(2).uniform(-2.0, 2.0, (3, 20, 1))
+        # The same numbers by another reader: equal but for the inertia's rotation into the body's frame.
+        np.testing.assert_allclose(lacuna.Dynamics("featherstone", robot).forward_dynamics(q, v, tau),
+                                   lacuna.Dynamics("featherstone", pendulum()).forward_dynamics(q, v, tau), rtol=1e-13)
+
+    def test_of_a_xacro_file_the_command_to_run_is_said(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".xacro") as file:
+            file.write(PENDULUM)
+            file.flush()
+            with self.assertRaisesRegex(lacuna.InputError, "xacro .* > robot.urdf"):
+                lacuna.Robot(file.name)
+
+
 class Engines(unittest.TestCase):
     def test_say_what_they_are_or_why_they_are_missing(self):
         self.assertEqual(lacuna.engines()[0]["name"], "featherstone")
@@ -157,6 +181,12 @@ class Searches(unittest.TestCase):
             lacuna.diagnose(joint_2(), engine="no such")
 
 
+    def test_diff_refuses_two_machines(self):
+        other = lacuna.Scenario(os.path.join(SCENARIOS, "double_pendulum", "scenario.yaml"))
+        with self.assertRaisesRegex(lacuna.InputError, "robot"):
+            lacuna.diff(joint_2(), other)
+
+
 class LongCalls(unittest.TestCase):
     # Thousands of generations: minutes, were they not interrupted.
     def long_call(self):
@@ -171,6 +201,15 @@ class LongCalls(unittest.TestCase):
                 self.long_call()
             self.assertLess(time.monotonic() - begun, 20.0)
             timer.join()
+
+    def test_diff_ends_at_ctrl_c(self):
+        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        begun = time.monotonic()
+        with self.assertRaises(KeyboardInterrupt):
+            lacuna.diff(joint_2(), joint_2(), optimizer="ga", population=200, generations=5000, threads=1)
+        self.assertLess(time.monotonic() - begun, 20.0)
+        timer.join()
 
     def test_let_other_threads_run(self):
         ticks = 0
