@@ -115,9 +115,9 @@ ChannelSpecs channels_of(const Scenario& scenario) {
   const auto commands = scenario.channels.of.find(ChannelKind::command);
   for (std::size_t j = 0; j < scenario.robot->joints().size(); ++j) {
     const std::string& joint = scenario.robot->joints()[j].name;
-    out.of[ChannelKind::position][joint] = {fmt::format("q_{}", j + 1)};
+    out.of[ChannelKind::position][joint] = {fmt::format("q_{}", j + 1), 1.0, 0.0, ""};
     if (commands == scenario.channels.of.end() || commands->second.count(joint) == 0) continue;
-    ColumnSpec column{fmt::format("u_{}", j + 1)};
+    ColumnSpec column{fmt::format("u_{}", j + 1), 1.0, 0.0, ""};
     column.unit = commands->second.at(joint).unit;
     out.of[ChannelKind::command][joint] = column;
   }

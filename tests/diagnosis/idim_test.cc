@@ -70,8 +70,8 @@ TEST(Idim, ReturnsTheFrictionsThatActed) {
 }
 
 TEST(Idim, LeavesTheNoiseWhereAllIsLinear) {
-  constexpr double kDamped = 3.0;  // so that nothing swings faster than the filter lets pass
-  const Scenario scenario = rubbing_rods(kDamped, 0.0, 5.0);
+  constexpr double kHeavilyDamped = 3.0;  // so that nothing swings faster than the filter lets pass
+  const Scenario scenario = rubbing_rods(kHeavilyDamped, 0.0, 5.0);
   const Experiment experiment = make_experiment(scenario);
   const std::optional<Idim> idim = regress_base_parameters(PlantModel(scenario), experiment);
   ASSERT_TRUE(idim.has_value());
@@ -84,7 +84,7 @@ TEST(Idim, LeavesTheNoiseWhereAllIsLinear) {
     }
   for (std::size_t j = 0; j < 2; ++j) {
     const IdimJoint& found = idim->joints[j];
-    EXPECT_NEAR(found.viscous / (kDamped * kTrue[j].viscous), 1.0, kFriction) << found.joint;
+    EXPECT_NEAR(found.viscous / (kHeavilyDamped * kTrue[j].viscous), 1.0, kFriction) << found.joint;
     EXPECT_NEAR(found.coulomb, 0.0, 2.0 * kFriction * kTrue[j].coulomb) << found.joint;
   }
 }

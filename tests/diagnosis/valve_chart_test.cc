@@ -43,7 +43,9 @@ TEST(ValveChart, IsThatOfTheGainWhereTheValveIsSound) {
   const ValveChart chart = valve_charts(model, experiment).front();
   EXPECT_LT(chart.delay + chart.lag, 0.02);
   for (std::size_t k = 0; k < chart.command.size(); ++k)
-    if (chart.seen[k] > 0.5) EXPECT_NEAR(chart.speed[k], kValveGain * chart.command[k], 0.01 * kValveGain * 6.0);
+    if (chart.seen[k] > 0.5) {
+      EXPECT_NEAR(chart.speed[k], kValveGain * chart.command[k], 0.01 * kValveGain * 6.0);
+    }
   const ValveStart start = valve_starts(model, experiment).front();
   EXPECT_NEAR(start.gain, kValveGain, 0.01 * kValveGain);
   EXPECT_TRUE(start.effects.empty()) << start.effects.front().effect;
@@ -79,7 +81,9 @@ TEST(ValveStart, NamesWhatTheChartShowsAndNothingElse) {
     ASSERT_EQ(truth.count(spec.effect), 1u) << spec.effect;
     const auto& [number, value] = truth.at(spec.effect);
     EXPECT_NEAR(spec.parameters.at(number), value, kOfTheChart * value) << spec.effect;
-    if (spec.effect == "actuator_saturation") EXPECT_GT(spec.parameters.at("n"), 5.0);  // a corner; a round bend is 3
+    if (spec.effect == "actuator_saturation") {
+      EXPECT_GT(spec.parameters.at("n"), 5.0);  // a corner; a round bend is 3
+    }
     ++found;
   }
   EXPECT_EQ(found, truth.size());

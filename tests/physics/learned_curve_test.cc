@@ -34,7 +34,7 @@ std::vector<double> numbers_of(const KnotsOf& first, const KnotsOf& second,
                                const std::function<double(double, double)>& f, double period = 0.0) {
   std::vector<double> out;
   for (const KnotsOf& v : {first, second})
-    out.insert(out.end(), {1.0 * v.over, 1.0 * v.of, v.from, v.to, 1.0 * v.count});
+    out.insert(out.end(), {static_cast<double>(v.over), 1.0 * v.of, v.from, v.to, 1.0 * v.count});
   out.push_back(period);
   for (int a = 0; a < first.count; ++a)
     for (int b = 0; b < std::max(second.count, 1); ++b)
