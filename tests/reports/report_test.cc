@@ -81,7 +81,7 @@ TEST(DiagnosisPage, SaysNothingRemainsWhereNothingWasRemoved) {
   Diagnosis d = sample::diagnosis();
   d.verdict = Verdict::unknown_physics;
   d.findings.clear();
-  d.unexplained = {true, {"joint_3"}, {}, {}, 0.43, {}};
+  d.unexplained = {true, {"joint_3"}, {}, {}, 0.43, 0.0, {}};
   const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
   EXPECT_EQ(page.find("remains"), std::string::npos);
   EXPECT_NE(page.find("43 % of the held-out residual energy is more than noise, at joint_3"), std::string::npos);

@@ -152,7 +152,7 @@ inline Diagnosis learned_diagnosis(std::vector<LearnedLaw> laws) {
   Diagnosis d = diagnosis();
   d.verdict = Verdict::unknown_physics;
   d.findings.clear();
-  d.unexplained = {true, {"joint_2"}, {}, {}, 0.9, {}};
+  d.unexplained = {true, {"joint_2"}, {}, {}, 0.9, 0.0, {}};
   d.learned = std::move(laws);
   return d;
 }
@@ -197,7 +197,7 @@ inline Diagnosis hostile_diagnosis() {
   f.recordings = f.regions = {attack};
   f.times = {{attack, 0.0, 1.0}};
   f.parameters.front().name = f.parameters.front().unit = attack;
-  d.unexplained = {true, {attack}, {attack}, {{attack, attack, 0.0, 1.0, 3.0, 1e-9}}, 0.5, {}};
+  d.unexplained = {true, {attack}, {attack}, {{attack, attack, 0.0, 1.0, 3.0, 1e-9}}, 0.5, 0.0, {}};
   LearnedLaw law = learned_law();
   law.place = law.unit = law.over.front().unit = law.over.front().name = attack;
   describe_curve(law);

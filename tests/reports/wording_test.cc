@@ -93,7 +93,7 @@ TEST(VerdictSentence, UnknownPhysicsSaysWhere) {
   Diagnosis d = sample::diagnosis();
   d.verdict = Verdict::unknown_physics;
   d.findings.clear();
-  d.unexplained = {true, {"joint_3"}, {"large positions"}, {}, 0.34, {}};
+  d.unexplained = {true, {"joint_3"}, {"large positions"}, {}, 0.34, 0.0, {}};
   EXPECT_EQ(
       verdict_sentence(Scenario{}, d),
       "Something is missing that the catalogue does not explain, at joint_3 (large positions): 34 % of the held-out "
