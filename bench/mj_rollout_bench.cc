@@ -8,40 +8,24 @@
 //   error_ours, error_euler, error_rk4             largest position error of the first set, rad, against ours at 0.25
 //   ms
 #include <benchmark/benchmark.h>
-#include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <thread>
 #include <vector>
 
 #include "bench/arm.h"
+#include "bench/mj_arm.h"
+#include "bench/runs.h"
 
 namespace lacuna::bench {
 namespace {
 
 constexpr double kSeconds = 2.0, kStep = 0.005, kFine = 0.00025, kSample = 0.01;
-constexpr int kJoints = 6;
 using Positions = std::vector<std::array<double, kJoints>>;  // [sample]
-
-struct Deleter {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-  void operator()(mjData* data) const { mj_deleteData(data); }
-};
-
-std::unique_ptr<mjModel, Deleter> arm_model() {
-  std::array<char, 500> error{};
-  std::unique_ptr<mjModel, Deleter> model(mj_loadXML(LACUNA_SOURCE_DIR "/scenarios/hydrolek/seed_table1.urdf", nullptr,
-                                                     error.data(), static_cast<int>(error.size())));
-  if (model && model->nv == kJoints) return model;
-  std::fprintf(stderr, "mj_rollout_bench: no arm of %d joints: %s\n", kJoints, error.data());
-  std::exit(3);
-}
 
 double number(const ActuatorSpec& spec, const char* name) { return spec.parameters.at(name); }
 
@@ -120,46 +104,24 @@ class Mujoco {
   std::vector<double> gains_;
 };
 
-class Ours {
- public:
-  Ours(const Scenario& scenario, int sets, int threads, double step)
-      : model_(scenario), experiment_(make_experiment(scenario)) {
-    SimulatorOptions options;
-    options.threads = threads;
-    options.max_step = step;
-    simulator_ = make_simulator(model_, experiment_, options);
-    for (int s = 0; s < sets; ++s) {
-      std::vector<double> values = model_.values();
-      for (std::size_t i = 0; i < values.size(); ++i)
-        if (model_.parameters()[i].name.ends_with(".gain")) values[i] *= gain_factor(s, sets);
-      values_.push_back(std::move(values));
-    }
-  }
+/// Ours, the sets' gains spread alike.
+Runs ours_of(const Scenario& scenario, int sets, int threads, double step) {
+  SimulatorOptions options;
+  options.threads = threads;
+  options.max_step = step;
+  return Runs(scenario, options, sets, [sets](const PlantModel& model, int set, std::vector<double>& values) {
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (model.parameters()[i].name.ends_with(".gain")) values[i] *= gain_factor(set, sets);
+  });
+}
 
-  double seconds() {
-    const auto begin = std::chrono::steady_clock::now();
-    simulator_->run(values_, segments_,
-                    [](int, int, const auto& predicted) { benchmark::DoNotOptimize(predicted.data()); });
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  }
-
-  Positions positions() {
-    Positions out;
-    simulator_->run(std::span(values_).first(1), segments_, [&](int, int, const auto& predicted) {
-      out.resize(predicted[0].size());
-      for (std::size_t j = 0; j < kJoints; ++j)
-        for (std::size_t k = 0; k < out.size(); ++k) out[k][j] = predicted[j][k];
-    });
-    return out;
-  }
-
- private:
-  PlantModel model_;
-  Experiment experiment_;
-  std::unique_ptr<Simulator> simulator_;
-  std::vector<std::vector<double>> values_;
-  const std::vector<int> segments_{0};
-};
+Positions positions_of(Runs& runs) {
+  const std::vector<std::vector<double>> predicted = runs.first();
+  Positions out(predicted.front().size());
+  for (std::size_t j = 0; j < kJoints; ++j)
+    for (std::size_t k = 0; k < out.size(); ++k) out[k][j] = predicted[j][k];
+  return out;
+}
 
 double largest_difference(const Positions& a, const Positions& b) {
   double out = a.size() == b.size() ? 0.0 : HUGE_VAL;
@@ -172,7 +134,7 @@ double largest_difference(const Positions& a, const Positions& b) {
 void rollouts(benchmark::State& bench) {
   const int sets = static_cast<int>(bench.range(0)), threads = static_cast<int>(bench.range(1));
   const Scenario scenario = arm_scenario(kSeconds);
-  Ours ours(scenario, sets, threads, kStep);
+  Runs ours = ours_of(scenario, sets, threads, kStep), fine = ours_of(scenario, 1, 1, kFine);
   Mujoco mujoco(scenario, sets, threads);
   double by_ours = 0.0, by_euler = 0.0, by_rk4 = 0.0;
   for (auto _ : bench) {
@@ -180,11 +142,11 @@ void rollouts(benchmark::State& bench) {
     by_ours += seconds, by_euler += mujoco.seconds(mjINT_EULER), by_rk4 += mujoco.seconds(mjINT_RK4);
     bench.SetIterationTime(seconds);
   }
-  const Positions truth = Ours(scenario, sets, 1, kFine).positions();
+  const Positions truth = positions_of(fine);
   bench.SetItemsProcessed(bench.iterations() * sets);
   bench.counters["mujoco_euler_over_ours"] = by_euler / by_ours;
   bench.counters["mujoco_rk4_over_ours"] = by_rk4 / by_ours;
-  bench.counters["error_ours"] = largest_difference(ours.positions(), truth);
+  bench.counters["error_ours"] = largest_difference(positions_of(ours), truth);
   bench.counters["error_euler"] = largest_difference(mujoco.positions(mjINT_EULER), truth);
   bench.counters["error_rk4"] = largest_difference(mujoco.positions(mjINT_RK4), truth);
 }

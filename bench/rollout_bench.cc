@@ -3,9 +3,8 @@
 // both taken in turn in one run.
 #include <benchmark/benchmark.h>
 
-#include <chrono>
-
 #include "bench/arm.h"
+#include "bench/runs.h"
 
 namespace lacuna::bench {
 namespace {
@@ -29,34 +28,11 @@ void rollout(benchmark::State& bench, const std::string& engine, int models) {
   bench.SetItemsProcessed(bench.iterations() * models);
 }
 
-/// One plant's simulations of so many models at once.
-class Runs {
- public:
-  Runs(const Scenario& scenario, const std::string& engine, int models)
-      : model_(scenario), experiment_(make_experiment(scenario)) {
-    SimulatorOptions options;
-    options.engine = engine;
-    simulator_ = make_simulator(model_, experiment_, options);
-    values_.assign(static_cast<std::size_t>(models), model_.values());
-  }
-  double seconds() {
-    const auto begin = std::chrono::steady_clock::now();
-    simulator_->run(values_, segments_,
-                    [](int, int, const auto& predicted) { benchmark::DoNotOptimize(predicted.data()); });
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  }
-
- private:
-  PlantModel model_;
-  Experiment experiment_;
-  std::unique_ptr<Simulator> simulator_;
-  std::vector<std::vector<double>> values_;
-  const std::vector<int> segments_{0};
-};
-
 /// Side by side: the counter is the ratio of the sums.
 void hydraulic_rollout(benchmark::State& bench, const std::string& engine, int models) {
-  Runs torque(arm_scenario(2.0), engine, models), oil(hydraulic_arm_scenario(2.0), engine, models);
+  SimulatorOptions options;
+  options.engine = engine;
+  Runs torque(arm_scenario(2.0), options, models), oil(hydraulic_arm_scenario(2.0), options, models);
   double by_torque = 0.0, by_oil = 0.0;
   for (auto _ : bench) {
     by_torque += torque.seconds();

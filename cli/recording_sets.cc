@@ -21,8 +21,10 @@ bool is_bag_folder(const fs::path& path) {
 }
 
 bool is_recording(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) return is_bag_folder(file);
   const std::string end = file.extension().string();
-  return end == ".csv" || end == ".mat" || end == ".db3" || end == ".mcap" || is_bag_folder(file);
+  return end == ".csv" || end == ".mat" || end == ".db3" || end == ".mcap";
 }
 
 /// Files and bags in a folder; a bag's own folder is one recording.
