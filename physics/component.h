@@ -35,11 +35,10 @@ struct JointView {
   const T* speeds = nullptr;     ///< rad/s (m/s), v of all the arm's joints
   const T* positions = nullptr;  ///< rad (m), q of all of them
   int joints = 0;                ///< how many
-  /// V, of all joints: their commands as they reach what they share; set for effects that are `shared`.
-  const T* asked = nullptr;
-  T flow = T(0.0);   ///< rad/s (m/s), what the actuator takes up of its own flow
-  T drive = T(0.0);  ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
-  T load = T(0.0);   ///< N m or N, that effort without the actuator's damping: what loads the joint
+  T share = T(1.0);              ///< of what its command asks, what the joint gets of what all share
+  T flow = T(0.0);               ///< rad/s (m/s), what the actuator takes up of its own flow
+  T drive = T(0.0);              ///< N m or N, the actuator's own effort at this instant (effects after the actuator)
+  T load = T(0.0);               ///< N m or N, that effort without the actuator's damping: what loads the joint
   T damping = T(0.0), stiffness = T(0.0), rest = T(0.0);  ///< of the actuator; zero where its model has none
 };
 
@@ -156,7 +155,10 @@ struct Hooks {
   /// place.
   void (*begin)(const T* p, const JointView<T>& s, const T& excess, T* now) = nullptr;
   int memories = 0;
-  bool shared = false;    ///< command looks at s.asked
+  /// Of what all joints share: what each gets of what its command asks; `asked` V, of all `joints`, their commands as
+  /// they reach it. `command` sees it as s.share.
+  T (*share)(const T* p, const T* asked, int joints) = nullptr;
+  bool curve = false;     ///< command looks at nothing but s.u
   bool loaded = false;    ///< dry_friction looks at s.load
   bool directed = false;  ///< dry_friction looks at s.direction
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
@@ -197,7 +199,8 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template flow<T>; }) h.flow = &C::template flow<T>;
   if constexpr (requires { C::states; }) h.states = C::states;
   if constexpr (requires { C::memories; }) h.memories = C::memories;
-  if constexpr (requires { C::shared; }) h.shared = C::shared;
+  if constexpr (requires { &C::template share<T>; }) h.share = &C::template share<T>;
+  if constexpr (requires { C::curve; }) h.curve = C::curve;
   if constexpr (requires { C::loaded; }) h.loaded = C::loaded;
   if constexpr (requires { C::directed; }) h.directed = C::directed;
   if constexpr (requires { &C::template sense<T>; }) h.sense = &C::template sense<T>;

@@ -24,7 +24,7 @@ struct Instant {
   const T* speeds = nullptr;     ///< rad/s (m/s), v of all joints
   T step = T(0.0);               ///< s, length of that step while its efforts are asked for; 0: none is on
   const T* positions = nullptr;  ///< rad (m), q of all joints
-  const T* asked = nullptr;      ///< V, of all joints, by Plant::share()
+  T share = T(1.0);              ///< of what the joints' commands ask, what they get: by Plant::share()
 };
 
 template <class T, class Dyn>
@@ -54,7 +54,7 @@ class Plant {
     }
     for (const Component& c : model.effects()) {
       const Hooks<T>& hooks = Effects::hooks<T>()[static_cast<std::size_t>(c.type)];
-      if (hooks.shared) asked_.resize(n);
+      if (hooks.share != nullptr) asked_.resize(n), supply_ = {&hooks, static_cast<std::size_t>(c.first), 0, 0};
       if (hooks.base != nullptr) base_ = {&hooks, static_cast<std::size_t>(c.first), states_, memories_};
     }
     states_ += foundation_.states();
@@ -70,6 +70,8 @@ class Plant {
   /// Puts one parameter vector into one lane.
   void bind(int k, std::span<const double> values) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) set_lane(parameters_[i], k, values[i]);
+    for (const JointParts& parts : joints_)
+      for (const Bound& c : parts.effects) c.known = false;
     const std::vector<Inertial> inertials = model_->inertials(values);
     for (int i = 0; i < dof(); ++i) foundation_.set_inertial(i, k, inertials[static_cast<std::size_t>(i)]);
     const std::vector<double> armatures = model_->armatures(values);
@@ -136,8 +138,8 @@ class Plant {
   /// Efforts for the motion (q, v, a), the base still.
   void inverse_dynamics(const T* q, const T* v, const T* a, T* tau) { foundation_.inverse_dynamics(q, v, a, tau); }
 
-  /// Before efforts at `now` are asked for: what the joints' commands u (as they have arrived) ask of what all share.
-  /// `m` all memories at the start of the step. Valid until the next call.
+  /// Before efforts at `now` are asked for: what the joints' commands u (as they have arrived) get of what all share.
+  /// `m` all memories at the start of the step.
   void share(Instant<T>& now, const T* q, const T* v, const T* u, const T* m) {
     if (asked_.empty()) return;
     for (int j = 0; j < dof(); ++j) {
@@ -146,7 +148,7 @@ class Plant {
       pass_command(j, now, m, nullptr, s, true);
       asked_[i] = s.u;
     }
-    now.asked = asked_.data();
+    now.share = supply_.hooks->share(&parameters_[supply_.first], asked_.data(), dof());
   }
 
   /// Smooth effort on joint j at `now`; `u` the command that has arrived. `z` all states, `m` all memories at the start
@@ -232,12 +234,12 @@ class Plant {
     for (int j = 0; j < dof(); ++j) {
       const JointParts& parts = joint(j);
       JointView<T> s = view(parts, now, q[j], v[j], u[j]);
-      s.asked = u;  // lags, which stand before what is shared, begin here
+      s.share = T(1.0);  // lags, which stand before what is shared, begin here
       const T excess = z ? actuator_effort(parts, s, z, nullptr) - holding[static_cast<std::size_t>(j)] : T(0.0);
       for (const Bound& c : parts.effects) {
         s.m = m + c.memory;
         if (c.hooks->begin != nullptr) c.hooks->begin(&parameters_[c.first], s, excess, m + c.memory);
-        if (c.hooks->command != nullptr) s.u = c.hooks->command(&parameters_[c.first], s);
+        if (c.hooks->command != nullptr) s.u = passed(c, s);
       }
     }
   }
@@ -253,13 +255,13 @@ class Plant {
     T scratch[kMostMemories];
     for (const Bound& c : joint(j).effects) {
       if (c.hooks->command == nullptr) continue;
-      if (c.hooks->shared) return;  // what remembers stands before it
+      if (c.hooks->share != nullptr) return;  // what remembers stands before it
       const T* p = &parameters_[c.first];
       if (c.hooks->memories > 0 && begins) c.hooks->begin(p, s, T(0.0), scratch);
       if (c.hooks->memories > 0 && !begins) c.hooks->remember(p, s, dt, m + c.memory, scratch);
       std::copy(scratch, scratch + c.hooks->memories, m + c.memory);
       s.m = m + c.memory;
-      s.u = c.hooks->command(p, s);
+      s.u = passed(c, s);
     }
   }
 
@@ -320,6 +322,9 @@ class Plant {
     const Hooks<T>* hooks;
     std::size_t first;  ///< parameters
     int state, memory;  ///< offsets of its states and memories
+    // Of a curve that commands pass, its last value:
+    mutable bool known = false;
+    mutable T before = T(0.0), behind = T(0.0);  ///< V
   };
   struct JointParts {
     std::vector<Bound> actuator, effects;
@@ -355,7 +360,7 @@ class Plant {
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     JointView<T> s;
     s.t = now.t, s.q = q, s.v = v, s.u = u, s.speeds = now.speeds, s.positions = now.positions, s.joints = dof(),
-    s.asked = now.asked, s.step = now.step, s.resolved = resolved_;
+    s.share = now.share, s.step = now.step, s.resolved = resolved_;
     s.actuator = parts.actuator.empty() ? nullptr : &parameters_[parts.actuator.front().first];
     s.damping = parameter_at(parts.roles.damping, 0.0), s.stiffness = parameter_at(parts.roles.stiffness, 0.0),
     s.rest = parameter_at(parts.roles.rest, 0.0);
@@ -376,10 +381,19 @@ class Plant {
     T scratch[kMostMemories];
     for (const Bound& c : joint(j).effects) {
       if (c.hooks->command == nullptr) continue;
-      if (asks && c.hooks->shared) return;
+      if (asks && c.hooks->share != nullptr) return;
       recall(c, now, m, m_now, scratch, s);
-      s.u = c.hooks->command(&parameters_[c.first], s);
+      s.u = passed(c, s);
     }
+  }
+  /// The command behind one of them. Commands are held between samples: a curve's value is looked up once for each.
+  T passed(const Bound& c, const JointView<T>& s) const {
+    if (!c.hooks->curve) return c.hooks->command(&parameters_[c.first], s);
+    if (!c.known || any(c.before != s.u)) {
+      c.before = s.u, c.behind = c.hooks->command(&parameters_[c.first], s);
+      c.known = true;
+    }
+    return c.behind;
   }
 
   T actuator_effort(const JointParts& parts, JointView<T> s, const T* z, T* z_rate) const {
@@ -423,6 +437,7 @@ class Plant {
   std::vector<T> parameters_;
   std::vector<JointParts> joints_;
   std::vector<T> asked_;  ///< V, per joint; empty where nothing is shared
+  Bound supply_{};        ///< what all joints share
   Bound base_{};          ///< what sets the base on springs; its states are the foundation's
   int states_ = 0, memories_ = 0;
   T resolved_ = T(0.0);  ///< s

@@ -26,6 +26,7 @@ struct ActuatorSaturation {
               Coordinate::inverse},
              cap_sharpness()}};
   }
+  static constexpr bool curve = true;
   template <class T>
   static T command(const T* p, const JointView<T>& s) {
     return s.u * capped_share(abs(s.u) / p[0], p[1]);

@@ -10,7 +10,6 @@ namespace lacuna {
 /// it, too: what `actuator_saturation` sees of it. Neutral where every `full` is infinite; a joint whose own is
 /// infinite takes next to nothing, and loses all the same.
 struct SharedSupply {
-  static constexpr bool shared = true;
   static EffectInfo info() {
     ParameterInfo full{"full",
                        "V",
@@ -40,10 +39,14 @@ struct SharedSupply {
     return info;
   }
   template <class T>
-  static T command(const T* p, const JointView<T>& s) {
+  static T share(const T* p, const T* asked, int joints) {
     T x(0.0);
-    for (int i = 0; i < s.joints; ++i) x = x + abs(s.asked[i]) / p[1 + i];
-    return s.u * capped_share(x, p[0]);
+    for (int i = 0; i < joints; ++i) x = x + abs(asked[i]) / p[1 + i];
+    return capped_share(x, p[0]);
+  }
+  template <class T>
+  static T command(const T*, const JointView<T>& s) {
+    return s.u * s.share;
   }
 };
 

@@ -20,6 +20,7 @@ struct ValveAsymmetry {
     info.hydraulic = true;
     return info;
   }
+  static constexpr bool curve = true;
   template <class T>
   static T command(const T* p, const JointView<T>& s) {
     return select(s.u < T(0.0), (T(1.0) - p[0]) * s.u, s.u);
