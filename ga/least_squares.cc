@@ -255,7 +255,7 @@ class ProjectedDescent {
     if (free.empty()) return {result_.point};
     Eigen::MatrixXd normal = normal_(free, free);
     normal.diagonal() += prior_(free);
-    std::vector<std::vector<double>> out(problem_.simulator().lanes() > 1 ? kDampings : 1, result_.point);
+    std::vector<std::vector<double>> out(fan(), result_.point);
     double damping = damping_;
     for (std::vector<double>& next : out) {
       const Eigen::VectorXd delta = damped_step(normal, slope(free), damping + kFloor, floor_(free));
@@ -267,6 +267,13 @@ class ProjectedDescent {
       }
     }
     return out;
+  }
+
+  /// Trials in one call: as many as lanes hold that a single one would leave idle, and a second in any case.
+  std::size_t fan() const {
+    const std::size_t lanes = static_cast<std::size_t>(problem_.simulator().lanes());
+    if (lanes == 1) return 1;
+    return segments_.size() < lanes ? kDampings : 2;
   }
 
   Problem& problem_;

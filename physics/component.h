@@ -162,7 +162,7 @@ struct Hooks {
   bool loaded = false;    ///< dry_friction looks at s.load
   bool directed = false;  ///< dry_friction looks at s.direction
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
-  void (*sense)(const T* p, const std::vector<double>& time, T* q, std::size_t stride) = nullptr;
+  void (*sense)(const T* p, const std::vector<T>& time, T* q, std::size_t stride) = nullptr;
   T (*unsense)(const T* p, const T& q) = nullptr;       ///< position behind a reading at rest
   T (*measure)(const T* p, const T& effort) = nullptr;  ///< N m or N: what the joint's transducer makes of its effort
   /// Of a transmission, whose first state is the actuator's side: by how much that leads the link at rest under an

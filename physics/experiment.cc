@@ -469,13 +469,6 @@ LocalState local_state(const std::vector<double>& time, const std::vector<double
   return best.state;
 }
 
-bool share_clock(const Segment& one, const Segment& other) {
-  const auto begin = one.commands->time.begin() + static_cast<std::ptrdiff_t>(one.first);
-  return one.count == other.count &&
-         std::equal(begin, begin + static_cast<std::ptrdiff_t>(one.count),
-                    other.commands->time.begin() + static_cast<std::ptrdiff_t>(other.first));
-}
-
 std::vector<int> Experiment::with_role(Role role) const {
   std::vector<int> out;
   for (std::size_t i = 0; i < segments.size(); ++i) {

@@ -83,9 +83,6 @@ struct Experiment {
   int parts = 1;
 };
 
-/// Whether both are sampled at the same instants, to the bit.
-bool share_clock(const Segment& one, const Segment& other);
-
 /// The commands of one loaded recording over its time range. Throws InputError where that is shorter than ten samples.
 std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec);
 

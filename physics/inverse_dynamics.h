@@ -134,7 +134,7 @@ class InverseDynamicsRun {
   void carry_states(std::size_t k) {
     const double dt = motion_.time[k] - motion_.time[k - 1];
     const int steps = std::max(1, static_cast<int>(std::ceil(dt / kStateStep)));
-    plant_.resolve(kResolvedSteps * dt / steps);
+    plant_.resolve(T(kResolvedSteps * dt / steps));
     for (int s = 0; s < steps; ++s) fast_.none() ? kutta_step(k, s, steps) : fast_step(k, s, steps);
   }
 

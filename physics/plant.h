@@ -65,7 +65,7 @@ class Plant {
   int memories() const { return memories_; }
   Dyn& dynamics() { return foundation_.dynamics(); }
   /// s: components need not follow anything faster; 0 (at first): everything.
-  void resolve(double time) { resolved_ = T(time); }
+  void resolve(const T& time) { resolved_ = time; }
 
   /// Puts one parameter vector into one lane.
   void bind(int k, std::span<const double> values) {
@@ -266,7 +266,7 @@ class Plant {
   }
 
   /// What joint j's transducer makes of its positions at `time`, in place.
-  void sense(int j, const std::vector<double>& time, T* q, std::size_t stride) const {
+  void sense(int j, const std::vector<T>& time, T* q, std::size_t stride) const {
     for (const Bound& c : joint(j).effects) {
       if (c.hooks->sense != nullptr) c.hooks->sense(&parameters_[c.first], time, q, stride);
     }

@@ -17,8 +17,8 @@ struct LaneTask {
   const Segment* segment;
 };
 
-/// Scratch of one thread. `predict` takes up to lanes() tasks, whose segments share one clock (share_clock()), and
-/// gives [task][channel][sample].
+/// Scratch of one thread. `predict` takes up to lanes() tasks, in inverse dynamics of one segment, and gives
+/// [task][channel][sample].
 class Predictor {
  public:
   virtual ~Predictor() = default;

@@ -21,13 +21,15 @@ class LanePredictor final : public Predictor {
     if (std::holds_alternative<InverseDynamics>(experiment_.prediction)) {
       const double cutoff = std::get<InverseDynamics>(experiment_.prediction).cutoff_hz;
       InverseDynamicsRun<T, Dyn>(plant_, *segments.front()).run(experiment_.channels, cutoff, efforts_);
-      take(tasks.size(), efforts_.size(), efforts_.front().size(), out,
+      const auto compared = [&](std::size_t) { return efforts_.front().size(); };
+      take(tasks.size(), efforts_.size(), compared, out,
            [&](std::size_t c, std::size_t s) -> const T& { return efforts_[c][s]; });
       return;
     }
     const std::size_t channels = experiment_.channels.size();
     rollout_.run(segments, experiment_.channels, max_step, flat_);
-    take(tasks.size(), channels, segments.front()->count, out,
+    const auto samples = [&](std::size_t i) { return tasks[i].segment->count; };
+    take(tasks.size(), channels, samples, out,
          [&](std::size_t c, std::size_t s) -> const T& { return flat_[s * channels + c]; });
     for (std::size_t k = 0; k < tasks.size(); ++k) add_slips(*tasks[k].segment, out[k]);
   }
@@ -43,7 +45,8 @@ class LanePredictor final : public Predictor {
     Segment along = *tasks.front().segment;
     along.motion = motion.between;
     InverseDynamicsRun<T, Dyn>(plant_, along).excess(efforts_);
-    take(tasks.size(), efforts_.size(), motion.intervals(), out,
+    const auto intervals = [&](std::size_t) { return motion.intervals(); };
+    take(tasks.size(), efforts_.size(), intervals, out,
          [&](std::size_t j, std::size_t k) -> const T& { return efforts_[j][k]; });
   }
 
@@ -67,15 +70,15 @@ class LanePredictor final : public Predictor {
       for (std::size_t s = 0; s < segment.count; ++s) predicted[c][s] += slip[s];
     }
   }
-  template <class At>
-  void take(std::size_t tasks, std::size_t channels, std::size_t samples,
+  template <class Samples, class At>
+  void take(std::size_t tasks, std::size_t channels, const Samples& samples,
             std::vector<std::vector<std::vector<double>>>& out, const At& at) const {
     out.resize(tasks);
     for (std::size_t i = 0; i < tasks; ++i) {
       out[i].resize(channels);
       for (std::size_t c = 0; c < channels; ++c) {
-        out[i][c].resize(samples);
-        for (std::size_t s = 0; s < samples; ++s) out[i][c][s] = lane(at(c, s), static_cast<int>(i));
+        out[i][c].resize(samples(i));
+        for (std::size_t s = 0; s < out[i][c].size(); ++s) out[i][c][s] = lane(at(c, s), static_cast<int>(i));
       }
     }
   }

@@ -1,4 +1,4 @@
-// The only time loop: one plant, every lane a parameter set and a segment of its own, all on one clock.
+// The only time loop: one plant, every lane a parameter set, a segment and a clock of its own.
 //
 // Between samples the command is held. Steps are Kutta's fourth-order ones of at most `max_step`, cut where a delayed
 // command jumps; oil springs faster than that are carried through them by themselves (fast_motion.h). Dry friction is
@@ -20,7 +20,7 @@
 
 namespace lacuna {
 
-/// What each lane is driven by and starts from. Their samples are at the same instants (share_clock()).
+/// What each lane is driven by and starts from. A lane whose segment has fewer samples waits at its last one.
 template <class T>
 using LaneSegments = std::array<const Segment*, static_cast<std::size_t>(kLanes<T>)>;
 
@@ -38,6 +38,7 @@ class Rollout {
 
  private:
   static constexpr double kRunUp = 20.0;     ///< s of commands before a window: four times the longest lag there is
+  static constexpr double kEvents = 8.0;     ///< of friction in a step, usually
   static constexpr int kDecisions = 4;       ///< rounds of stick/slide decisions at one instant
   static constexpr double kShortest = 1e-6;  ///< shortest step, as a share of the nominal one: no event stops the clock
 
@@ -55,7 +56,8 @@ class Rollout {
     std::vector<T> memory, direction;
   };
 
-  const Segment& clock() const { return *segments_.front(); }
+  std::size_t count() const;
+  T time(std::size_t sample) const;
   std::vector<Waypoint> waypoints(double max_step);
   std::shared_ptr<const MeasuredMotion> between(const std::vector<Waypoint>& way) const;
   template <class Value>
@@ -64,7 +66,7 @@ class Rollout {
   void run_up();
   void run_up(std::size_t j);
   static std::size_t samples_before(const Segment* s);
-  std::pair<double, double> cut(std::size_t sample, double max_step);
+  T cut(std::size_t sample, double max_step);
   void advance(std::size_t sample, double max_step);
   void fetch_commands(std::size_t sample);
   void fetch_pushes(std::size_t sample);

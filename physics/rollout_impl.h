@@ -38,11 +38,10 @@ template <class T, class Dyn>
 void Rollout<T, Dyn>::run(const LaneSegments<T>& segments, const std::vector<Channel>& channels, double max_step,
                           std::vector<T>& out) {
   segments_ = segments;
-  const std::size_t count = clock().count;
-  out.resize(count * channels.size());
+  out.resize(count() * channels.size());
   start(max_step);
   record(channels, 0, out);
-  for (std::size_t k = 0; k + 1 < count; ++k) {
+  for (std::size_t k = 0; k + 1 < count(); ++k) {
     advance(k, max_step);
     record(channels, k + 1, out);
   }
@@ -54,7 +53,7 @@ template <class T, class Dyn>
 std::vector<typename Rollout<T, Dyn>::Waypoint> Rollout<T, Dyn>::waypoints(double max_step) {
   start(max_step);
   std::vector<Waypoint> out{{x_, memory_, direction_}};
-  for (std::size_t k = 0; k + 1 < clock().count; ++k) {
+  for (std::size_t k = 0; k + 1 < count(); ++k) {
     advance(k, max_step);
     out.push_back({x_, memory_, direction_});
   }
@@ -67,7 +66,7 @@ std::shared_ptr<const MeasuredMotion> Rollout<T, Dyn>::between(const std::vector
   out->q.resize(n_), out->v.resize(n_), out->a.resize(n_), out->direction.resize(n_);
   out->v_error.assign(n_, 0.0);
   for (std::size_t k = 0; k + 1 < way.size(); ++k) {
-    const double begin = clock().time(k), end = clock().time(k + 1);
+    const double begin = lane(time(k), 0), end = lane(time(k + 1), 0);
     out->time.push_back(0.5 * (begin + end));
     for (std::size_t j = 0; j < n_; ++j) {
       const auto at = [&](std::size_t sample, std::size_t i) { return lane(way[sample].x[i], 0); };
@@ -136,9 +135,21 @@ T Rollout<T, Dyn>::of_each(const Value& value) const {
   return out;
 }
 
+/// Samples of the longest lane.
+template <class T, class Dyn>
+std::size_t Rollout<T, Dyn>::count() const {
+  return (*std::ranges::max_element(segments_, {}, [](const Segment* s) { return s->count; }))->count;
+}
+
+/// s, of each lane's sample, or its last one.
+template <class T, class Dyn>
+T Rollout<T, Dyn>::time(std::size_t sample) const {
+  return of_each([&](const Segment& s) { return s.time(std::min(sample, s.count - 1)); });
+}
+
 template <class T, class Dyn>
 void Rollout<T, Dyn>::start(double max_step) {
-  if (clock().count > 1) cut(0, max_step);
+  if (count() > 1) cut(0, max_step);
   for (std::size_t j = 0; j < n_; ++j) {
     x_[j] = plant_.unsensed(static_cast<int>(j), of_each([&](const Segment& s) { return s.q0[j]; }));
     x_[n_ + j] = of_each([&](const Segment& s) { return s.v0[j]; });
@@ -149,7 +160,7 @@ void Rollout<T, Dyn>::start(double max_step) {
     std::fill(cursor.index.begin(), cursor.index.end(), std::size_t{0});
   }
   step_ = T(0.0);
-  t_ = T(clock().time(0));
+  t_ = time(0);
   session_ = of_each([](const Segment& s) { return s.session; });
   fetch_commands(0);
   plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
@@ -214,7 +225,7 @@ void Rollout<T, Dyn>::run_up(std::size_t j) {
 template <class T, class Dyn>
 void Rollout<T, Dyn>::fetch_commands(std::size_t sample) {
   for (std::size_t j = 0; j < n_; ++j)
-    u_[j] = of_each([&](const Segment& s) { return s.commands->value[j][s.first + sample]; });
+    u_[j] = of_each([&](const Segment& s) { return s.commands->value[j][s.first + std::min(sample, s.count - 1)]; });
   for (Cursor& cursor : cursors_) move_cursor(cursor);
 }
 
@@ -224,7 +235,9 @@ void Rollout<T, Dyn>::fetch_pushes(std::size_t sample) {
   push_ = probe_;
   if (std::ranges::none_of(segments_, [](const Segment* s) { return s->pushes != nullptr; })) return;
   for (std::size_t j = 0; j < n_; ++j)
-    push_[j] = push_[j] + of_each([&](const Segment& s) { return s.pushes ? (*s.pushes)[j][sample] : 0.0; });
+    push_[j] = push_[j] + of_each([&](const Segment& s) {
+                 return s.pushes && sample + 1 < s.count ? (*s.pushes)[j][sample] : 0.0;
+               });
 }
 
 /// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
@@ -248,39 +261,42 @@ T Rollout<T, Dyn>::step_to_jump(const T& h) const {
   return out;
 }
 
-/// How many steps lead from a sample to the next, and how long each is (s); the plant resolves what they can follow.
+/// How long each of the steps is that lead from a sample to the next (s); the plant resolves what they can follow.
 template <class T, class Dyn>
-std::pair<double, double> Rollout<T, Dyn>::cut(std::size_t sample, double max_step) {
-  const double whole = clock().time(sample + 1) - clock().time(sample), pieces = std::ceil(whole / max_step - 1e-9);
-  plant_.resolve(kResolvedSteps * whole / pieces);
-  return {pieces, whole / pieces};
+T Rollout<T, Dyn>::cut(std::size_t sample, double max_step) {
+  const T nominal = of_each([&](const Segment& s) {
+    if (sample + 1 >= s.count) return max_step;
+    const double whole = s.time(sample + 1) - s.time(sample);
+    return whole / std::ceil(whole / max_step - 1e-9);
+  });
+  plant_.resolve(T(kResolvedSteps) * nominal);
+  return nominal;
 }
 
 template <class T, class Dyn>
 void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
-  const double begin = clock().time(sample), end = clock().time(sample + 1);
-  const auto [pieces, nominal] = cut(sample, max_step);
-  t_ = T(begin);
+  const T nominal = cut(sample, max_step), end = time(sample + 1);
+  t_ = time(sample);
   fetch_commands(sample);
   fetch_pushes(sample);
   // Every event costs one more round; a lane with more of them than this goes on with plain steps.
-  const int most = static_cast<int>(pieces) * 8 + 64;
-  const T close(1e-9 * nominal);
+  const T most = T(kEvents) * (end - t_) / nominal + T(63.5), close = T(1e-9) * nominal;
   std::vector<T> fraction(n_, T(2.0));
   for (int round = 0;; ++round) {
-    const T left = T(end) - t_;
+    const T left = end - t_;
     const Mask<T> active = left > close;
     if (!any(active)) break;
-    T h = select(active, step_to_jump(min(T(nominal), left)), T(0.0));
+    T h = select(active, step_to_jump(min(nominal, left)), T(0.0));
     h = select(left - h < close, left, h);  // no crumbs
-    h = select(active, max(h, min(left, T(kShortest * nominal))), T(0.0));
+    h = select(active, max(h, min(left, T(kShortest) * nominal)), T(0.0));
     remember(T(0.0));
     step_ = h;
     decide_directions(active);
     look_at_fast_motion();
     take_step(h);
-    if (any_dry_ && round < most) {
-      const T first = first_event(h, fraction);
+    const Mask<T> looks = T(static_cast<double>(round)) < most;
+    if (any_dry_ && any(looks)) {
+      const T first = select(looks, first_event(h, fraction), T(2.0));
       if (any(first < T(1.0))) {
         step_ = h = select(first < T(1.0), h * first, h);
         if (!memory_.empty()) derivative(T(0.0), x_, k1_);  // a memory's course depends on the step
@@ -523,10 +539,10 @@ void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t s
 /// Positions as their transducers give them.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::sense(const std::vector<Channel>& channels, std::vector<T>& out) const {
-  std::vector<double> time(clock().count);
-  for (std::size_t k = 0; k < time.size(); ++k) time[k] = clock().time(k);
+  std::vector<T> instants;
+  for (std::size_t k = 0; k < count(); ++k) instants.push_back(time(k));
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (channels[c].kind == ChannelKind::position) plant_.sense(channels[c].joint, time, &out[c], channels.size());
+    if (channels[c].kind == ChannelKind::position) plant_.sense(channels[c].joint, instants, &out[c], channels.size());
   }
 }
 

@@ -42,13 +42,6 @@ class PopulationSimulator final : public Simulator {
       workers_.push_back(options.engine == "featherstone" ? lane_choice().make(model, experiment)
                                                           : make_engine_predictor(options.engine, model, experiment));
     }
-    // An inverse dynamics' motion is measured, each segment's its own.
-    const bool alone = std::holds_alternative<InverseDynamics>(experiment.prediction);
-    for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
-      std::size_t first = alone ? s : 0;
-      while (!share_clock(experiment.segments[first], experiment.segments[s])) ++first;
-      clock_.push_back(static_cast<int>(first));
-    }
   }
 
   int lanes() const override { return workers_.front()->lanes(); }
@@ -100,29 +93,26 @@ class PopulationSimulator final : public Simulator {
     int individual, segment;
   };
 
-  /// One pack of pairs for each piece of work: full ones of one segment each; what is left over of segments on one
-  /// clock goes together.
+  /// One pack of pairs for each piece of work: full ones of one segment each; what is left over of segments of about
+  /// one length goes together. An inverse dynamics' motion is measured, each segment's its own.
   std::vector<std::vector<Pair>> packs_of(int count, std::span<const int> segments) const {
-    const int width = lanes();
-    std::vector<std::vector<Pair>> out, open;  // open: the last one on a clock, not full yet
+    const bool mixed = !std::holds_alternative<InverseDynamics>(experiment_.prediction);
+    const int whole = mixed ? count - count % lanes() : count;
+    std::vector<std::vector<Pair>> out;
+    std::vector<Pair> left;
     for (const int s : segments) {
-      int i = 0;
-      for (; i + width <= count; i += width) {
-        out.emplace_back();
-        for (int k = 0; k < width; ++k) out.back().push_back({i + k, s});
+      for (int i = 0; i < whole; ++i) {
+        if (i % lanes() == 0) out.emplace_back();
+        out.back().push_back({i, s});
       }
-      for (; i < count; ++i) {
-        const auto with = std::find_if(open.begin(), open.end(), [&](const auto& pack) {
-          return clock_[static_cast<std::size_t>(pack.front().segment)] == clock_[static_cast<std::size_t>(s)];
-        });
-        std::vector<Pair>& pack = with == open.end() ? open.emplace_back() : *with;
-        pack.push_back({i, s});
-        if (static_cast<int>(pack.size()) < width) continue;
-        out.push_back(std::move(pack));
-        open.erase(open.begin() + (&pack - open.data()));
-      }
+      for (int i = whole; i < count; ++i) left.push_back({i, s});
     }
-    for (std::vector<Pair>& pack : open) out.push_back(std::move(pack));
+    const auto samples = [&](const Pair& p) { return experiment_.segments[static_cast<std::size_t>(p.segment)].count; };
+    std::ranges::stable_sort(left, {}, samples);
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      if (k % static_cast<std::size_t>(lanes()) == 0) out.emplace_back();
+      out.back().push_back(left[k]);
+    }
     return out;
   }
 
@@ -159,7 +149,6 @@ class PopulationSimulator final : public Simulator {
   double max_step_;
   std::unique_ptr<Executor> alone_, shared_;
   std::vector<std::unique_ptr<Predictor>> workers_;
-  std::vector<int> clock_;  ///< of each segment: the first one on the same clock
 };
 
 using Predictions = std::vector<std::vector<double>>;  // by segment: channel by channel

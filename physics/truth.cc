@@ -406,8 +406,8 @@ class TruthRun {
   }
 
   void sense(const std::vector<Channel>& channels, std::vector<std::vector<double>>& out) const {
-    std::vector<double> time;
-    for (std::size_t k = 0; k < segment_.count; ++k) time.push_back(segment_.time(k));
+    std::vector<T> time;
+    for (std::size_t k = 0; k < segment_.count; ++k) time.push_back(T(segment_.time(k)));
     for (std::size_t c = 0; c < channels.size(); ++c)
       if (channels[c].kind == ChannelKind::position) {
         std::vector<T> readings(out[c].begin(), out[c].end());

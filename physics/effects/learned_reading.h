@@ -11,7 +11,7 @@ struct LearnedReading {
                               "reading = q + f(q), f by its values at knots", "rad", Scale::position);
   }
   template <class T>
-  static void sense(const T* p, const std::vector<double>& time, T* q, std::size_t stride) {
+  static void sense(const T* p, const std::vector<T>& time, T* q, std::size_t stride) {
     for (std::size_t k = 0; k < time.size(); ++k) q[k * stride] = q[k * stride] + error(p, q[k * stride]);
   }
   /// By fixed point, which arrives where the error grows slower than the position does.

@@ -18,7 +18,7 @@ struct SensorBacklash {
             {{"h", "rad", 0.0, 0.0, 10.0, "half-width of the play", Scale::position, {0.01, 0.05}}}};
   }
   template <class T>
-  static void sense(const T* p, const std::vector<double>& time, T* q, std::size_t stride) {
+  static void sense(const T* p, const std::vector<T>& time, T* q, std::size_t stride) {
     T reading = q[0];
     for (std::size_t k = 0; k < time.size(); ++k) {
       reading = max(min(reading, q[k * stride] + p[0]), q[k * stride] - p[0]);

@@ -18,7 +18,7 @@ struct SensorOffset {
             {{"o", "rad", 0.0, -7.0, 7.0, "reading at q = 0", Scale::position, {0.05}}}};
   }
   template <class T>
-  static void sense(const T* p, const std::vector<double>& time, T* q, std::size_t stride) {
+  static void sense(const T* p, const std::vector<T>& time, T* q, std::size_t stride) {
     for (std::size_t k = 0; k < time.size(); ++k) q[k * stride] = q[k * stride] + p[0];
   }
   template <class T>

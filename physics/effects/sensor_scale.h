@@ -18,7 +18,7 @@ struct SensorScale {
             {{"s", "1", 0.0, -0.9, 10.0, "error of the sensitivity", Scale::ratio, {0.02}}}};
   }
   template <class T>
-  static void sense(const T* p, const std::vector<double>& time, T* q, std::size_t stride) {
+  static void sense(const T* p, const std::vector<T>& time, T* q, std::size_t stride) {
     for (std::size_t k = 0; k < time.size(); ++k) q[k * stride] = (T(1.0) + p[0]) * q[k * stride];
   }
   template <class T>

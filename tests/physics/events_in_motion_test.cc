@@ -208,13 +208,12 @@ TEST(EventsInMotion, AreTheSameOnEveryEngine) {
 }
 
 TEST(EventsInMotion, OfOneRecordingLeaveTheOthersOfAPackAsTheyAre) {
-  SprungBlock block;  // with a second recording on the same clock: both are simulated in one pack
+  SprungBlock block;  // with a second recording: both are simulated in one pack
   const Drive later = sine_drive(1, 3.0, 0.01, 4.0, 5.0);
   add_recording(block.scenario, recording_of(*block.scenario.robot, later, block.start, "second.csv"));
   const PlantModel model =
       PlantModel(block.scenario).with_effects({effect("coulomb_friction", "slide", {{"Fc", 1.0}})});
   const Experiment plain = started_experiment(block.scenario, block.start);
-  ASSERT_TRUE(share_clock(plain.segments[0], plain.segments[1]));
   for (const std::size_t pushed : {0, 1}) {
     Experiment together = plain;
     add_event(together.segments[pushed], push_on(0, 0.513, 0.787, 5.0, 0.1));
