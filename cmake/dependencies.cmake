@@ -10,6 +10,7 @@ find_package(Ceres REQUIRED)
 find_package(xsimd REQUIRED)  # headers only; its CMake target drags in a library that Debian does not ship
 find_package(Boost REQUIRED)
 find_package(Pagmo REQUIRED)
+find_package(TBB REQUIRED)
 find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)

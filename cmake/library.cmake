@@ -53,7 +53,7 @@ endif()
 target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
-          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PNG::PNG OpenSSL::Crypto PkgConfig::URDFDOM
+          spdlog::spdlog Ceres::ceres Pagmo::pagmo TBB::tbb Boost::headers PNG::PNG OpenSSL::Crypto PkgConfig::URDFDOM
           PkgConfig::MATIO PkgConfig::SQLITE3 PkgConfig::LZ4 PkgConfig::ZSTD)
 target_include_directories(lacuna SYSTEM PRIVATE ${RANDOM123_INCLUDE} ${LACUNA_ENGINE_INCLUDES})
 target_link_libraries(lacuna PRIVATE ${LACUNA_ENGINE_LIBRARIES})
