@@ -12,9 +12,6 @@ namespace lacuna {
 /// The text with control characters and bytes that are not UTF-8 escaped, cut at `limit` characters; no quotes added.
 std::string printable(std::string_view text, std::size_t limit = 200);
 
-/// The text as it stands in an XML attribute, whichever quotes it has.
-std::string xml_escaped(std::string_view text);
-
 /// Offset of the first byte that is not part of valid UTF-8, or npos. NUL counts as invalid.
 std::size_t find_invalid_utf8(std::string_view text);
 
