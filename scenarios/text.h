@@ -19,9 +19,6 @@ std::size_t find_invalid_utf8(std::string_view text);
 /// the locale. Too small for a double is 0; too large is infinite.
 std::optional<double> parse_number(std::string_view text);
 
-/// Text as a YAML scalar: plain where it cannot be read as anything else.
-std::string yaml_scalar(const std::string& text);
-
 /// Shortest decimal form that reads back to the same bits.
 std::string format_number(double value);
 
