@@ -11,6 +11,7 @@
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "scenarios/scenario_parser.h"
+#include "scenarios/urdf_write.h"
 
 namespace lacuna {
 namespace {
@@ -25,9 +26,8 @@ struct ExportOptions {
 
 /// URDF holds the masses; what drives the joints is told in comments.
 std::string urdf_text(const SetPlant& plant) {
-  std::string out = to_urdf(plant.model.robot(), plant.model.link_masses(plant.values));
-  const std::size_t line = out.find('\n');
-  return out.insert(line == std::string::npos ? 0 : line + 1, plant_in_words(plant.model, plant.values));
+  return commented_urdf(plant.model.robot(), plant.model.link_masses(plant.values),
+                        plant_in_words(plant.model, plant.values));
 }
 
 void run(const Session& session, const ExportOptions& options) {

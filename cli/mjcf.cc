@@ -1,6 +1,7 @@
 #include "cli/mjcf.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -8,31 +9,16 @@
 #include <map>
 
 #include "scenarios/text.h"
+#include "scenarios/xml_writer.h"
 
 namespace lacuna {
 namespace {
 
-/// A comment may hold anything but two hyphens in a row.
-std::string comment(const std::string& text) {
-  std::string out = printable(text, 1000);
-  for (std::size_t at = 0; (at = out.find("--", at)) != std::string::npos;) out.replace(at, 2, "- -");
-  return "<!-- " + out + " -->\n";
-}
+void put_comment(XmlWriter& xml, const std::string& text) { xml.comment(printable(text, 1000)); }
 
-std::string numbers(std::initializer_list<double> values) {
-  std::string out;
-  for (const double value : values) {
-    if (!out.empty()) out += ' ';
-    out += format_number(value + 0.0);  // turns -0 into 0
-  }
-  return out;
-}
-std::string numbers(const Eigen::Vector3d& v) { return numbers({v.x(), v.y(), v.z()}); }
-
-std::string placed(const Eigen::Isometry3d& pose) {
+void put_pose(XmlWriter& xml, const Eigen::Isometry3d& pose) {
   const Eigen::Quaterniond turn(pose.linear());
-  return fmt::format("pos=\"{}\" quat=\"{}\"", numbers(pose.translation()),
-                     numbers({turn.w(), turn.x(), turn.y(), turn.z()}));
+  xml.set("pos", pose.translation()).set("quat", {turn.w(), turn.x(), turn.y(), turn.z()});
 }
 
 /// MuJoCo refuses inertias on the edge of the triangle inequality (thin rods, point masses): these gain a billionth of
@@ -44,26 +30,25 @@ Eigen::Matrix3d acceptable(const Eigen::Matrix3d& inertia) {
   return inside ? inertia : Eigen::Matrix3d(inertia + nudge * Eigen::Matrix3d::Identity());
 }
 
-std::string inertial_text(const Inertial& inertial) {
+void put_inertial(XmlWriter& xml, const Inertial& inertial) {
   const Eigen::Matrix3d i = acceptable(inertial.inertia);
-  return fmt::format("<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{}\"/>\n", numbers(inertial.com),
-                     format_number(inertial.mass), numbers({i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)}));
+  xml.open("inertial").set("pos", inertial.com).set("mass", inertial.mass);
+  xml.set("fullinertia", {i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2), i(1, 2)}).close();
 }
 
-std::string visual_text(const Visual& visual, const Eigen::Isometry3d& link_in_body) {
+/// Meshes are left out.
+void put_visual(XmlWriter& xml, const Visual& visual, const Eigen::Isometry3d& link_in_body) {
+  if (visual.shape == Visual::Shape::mesh) return;
   const Eigen::Vector3d& s = visual.size;
-  std::string shape;
+  xml.open("geom").set("class", "visual");
   switch (visual.shape) {
-    case Visual::Shape::box: shape = fmt::format("type=\"box\" size=\"{}\"", numbers(0.5 * s)); break;
-    case Visual::Shape::cylinder:
-      shape = fmt::format("type=\"cylinder\" size=\"{}\"", numbers({s[0], 0.5 * s[1]}));
-      break;
-    case Visual::Shape::sphere: shape = fmt::format("type=\"sphere\" size=\"{}\"", format_number(s[0])); break;
-    case Visual::Shape::mesh: return "";  // left out before
+    case Visual::Shape::box: xml.set("type", "box").set("size", 0.5 * s); break;
+    case Visual::Shape::cylinder: xml.set("type", "cylinder").set("size", {s[0], 0.5 * s[1]}); break;
+    case Visual::Shape::sphere: xml.set("type", "sphere").set("size", s[0]); break;
+    case Visual::Shape::mesh: break;
   }
-  return fmt::format("<geom class=\"visual\" {} {} rgba=\"{:.4g} {:.4g} {:.4g} {:.4g}\"/>\n", shape,
-                     placed(link_in_body * visual.pose), visual.rgba[0], visual.rgba[1], visual.rgba[2],
-                     visual.rgba[3]);
+  put_pose(xml, link_in_body * visual.pose);
+  xml.set("rgba", fmt::format("{:.4g}", fmt::join(visual.rgba, " "))).close();
 }
 
 /// Parameters of one actuator or effect by their short names.
@@ -98,18 +83,22 @@ class Writer {
         inertials_(model.inertials(values)),
         armatures_(model.armatures(values)) {}
 
-  std::string str() const {
-    std::string out = fmt::format("<mujoco model=\"{}\">\n", xml_escaped(robot_.name()));
-    out += "  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n";
-    out += fmt::format("  <option gravity=\"{}\" integrator=\"implicit\"/>\n", numbers(model_.gravity(values_)));
-    out +=
-        "  <default><default class=\"visual\"><geom contype=\"0\" conaffinity=\"0\" group=\"1\" "
-        "mass=\"0\"/></default></default>\n";
-    for (const Component& effect : model_.effects()) out += "  " + effect_comment(effect);
-    out += "  <worldbody>\n" + visuals(-1, "    ");
+  std::string str() {
+    xml_.open("mujoco").set("model", robot_.name());
+    xml_.open("compiler").set("angle", "radian").set("inertiafromgeom", "false").close();
+    xml_.open("option").set("gravity", model_.gravity(values_)).set("integrator", "implicit").close();
+    xml_.line("default").open("default").set("class", "visual");
+    xml_.open("geom").set("contype", 0.0).set("conaffinity", 0.0).set("group", 1.0).set("mass", 0.0);
+    xml_.close().close().close();
+    for (const Component& effect : model_.effects()) put_comment(xml_, in_words(effect));
+    xml_.open("worldbody");
+    put_visuals(-1);
     for (int i = 0; i < robot_.dof(); ++i)
-      if (joint(i).parent < 0) out += body(i, "    ");
-    return out + "  </worldbody>\n  <actuator>\n" + actuators() + "  </actuator>\n</mujoco>\n";
+      if (joint(i).parent < 0) put_body(i);
+    xml_.close().open("actuator");
+    for (int i = 0; i < robot_.dof(); ++i)
+      if (actuator(i).type >= 0) put_actuator(i);
+    return xml_.close().close().str();
   }
 
  private:
@@ -119,45 +108,39 @@ class Writer {
     return actuator(i).type < 0 ? "" : actuator_table()[static_cast<std::size_t>(actuator(i).type)].name;
   }
 
-  std::string visuals(int carrier, const std::string& indent) const {
-    std::string out;
+  void put_visuals(int carrier) {
     for (const Link& link : robot_.links()) {
       if (link.body != carrier) continue;
-      for (const Visual& visual : link.visuals)
-        if (visual.shape != Visual::Shape::mesh) out += indent + visual_text(visual, link.in_body);
+      for (const Visual& visual : link.visuals) put_visual(xml_, visual, link.in_body);
     }
-    return out;
   }
 
-  std::string body(int i, const std::string& indent) const {
-    const std::string& name = robot_.links()[static_cast<std::size_t>(joint(i).link)].name;
-    std::string out = fmt::format("{}<body name=\"{}\" {}>\n", indent, xml_escaped(name), placed(joint(i).origin));
-    const std::string inner = indent + "  ";
-    out += inner + inertial_text(inertials_[static_cast<std::size_t>(i)]) + inner + joint_text(i) + visuals(i, inner);
+  void put_body(int i) {
+    xml_.open("body").set("name", robot_.links()[static_cast<std::size_t>(joint(i).link)].name);
+    put_pose(xml_, joint(i).origin);
+    put_inertial(xml_, inertials_[static_cast<std::size_t>(i)]);
+    put_joint(i);
+    put_visuals(i);
     for (int child = i + 1; child < robot_.dof(); ++child)
-      if (joint(child).parent == i) out += body(child, inner);
-    return out + indent + "</body>\n";
+      if (joint(child).parent == i) put_body(child);
+    xml_.close();
   }
 
   /// Spring, damper and dry friction are the joint's; a flow source keeps its own in the actuator.
-  std::string joint_text(int i) const {
+  void put_joint(int i) {
     const Joint& j = joint(i);
-    std::string out = fmt::format("<joint name=\"{}\" type=\"{}\" axis=\"{}\"", xml_escaped(j.name),
-                                  j.prismatic() ? "slide" : "hinge", numbers(j.axis));
-    if (std::isfinite(j.lower) && std::isfinite(j.upper))
-      out += fmt::format(" limited=\"true\" range=\"{}\"", numbers({j.lower, j.upper}));
+    xml_.open("joint").set("name", j.name).set("type", j.prismatic() ? "slide" : "hinge").set("axis", j.axis);
+    if (std::isfinite(j.lower) && std::isfinite(j.upper)) xml_.set("limited", "true").set("range", {j.lower, j.upper});
     if (actuator(i).type >= 0 && model_name(i) != "flow_source") {
       const Values p(model_, actuator(i), values_);
-      if (p.has("damping")) out += fmt::format(" damping=\"{}\"", format_number(p["damping"]));
-      if (p.has("stiffness"))
-        out +=
-            fmt::format(" stiffness=\"{}\" springref=\"{}\"", format_number(p["stiffness"]), format_number(p["rest"]));
+      if (p.has("damping")) xml_.set("damping", p["damping"]);
+      if (p.has("stiffness")) xml_.set("stiffness", p["stiffness"]).set("springref", p["rest"]);
     }
     const double friction = sum_over_effects(i, {"coulomb_friction", "stribeck_friction"}, "Fc");
-    if (friction > 0.0) out += fmt::format(" frictionloss=\"{}\"", format_number(friction));
+    if (friction > 0.0) xml_.set("frictionloss", friction);
     const double armature = armatures_[static_cast<std::size_t>(i)];
-    if (armature > 0.0) out += fmt::format(" armature=\"{}\"", format_number(armature));
-    return out + "/>\n";
+    if (armature > 0.0) xml_.set("armature", armature);
+    xml_.close();
   }
 
   double sum_over_effects(int i, std::initializer_list<std::string_view> names, const char* parameter) const {
@@ -171,47 +154,38 @@ class Writer {
   }
 
   /// The control is the recording's command, in its own unit.
-  std::string actuators() const {
-    std::string out;
-    for (int i = 0; i < robot_.dof(); ++i) {
-      if (actuator(i).type < 0) continue;
-      const Values p(model_, actuator(i), values_);
-      const std::string name = xml_escaped(joint(i).name);
+  void put_actuator(int i) {
+    const Values p(model_, actuator(i), values_);
+    const std::string& name = joint(i).name;
+    const auto begin = [&](const char* element) { xml_.open(element).set("name", name).set("joint", name); };
+    if (model_name(i) == "flow_source") {
+      put_comment(xml_, name + ": flow_source, " + p.words() +
+                            "; its damper acts against the joint's speed alone, and the oil position starts at 0");
+      begin("general");
+      xml_.set("dyntype", "integrator").set("gainprm", p["stiffness"] * p["gain"]).set("biastype", "affine");
+      xml_.set("biasprm", {0.0, -p["stiffness"], -p["damping"]});
+    } else if (actuator_table()[static_cast<std::size_t>(actuator(i).type)].chambers) {
+      put_comment(
+          xml_, name + ": hydraulic, " + p.words() + "; its chambers are not in this file: the control is the effort");
+      begin("motor");
+    } else {
+      begin("general");
       const double offset = sum_over_effects(i, {"valve_offset"}, "b");
-      if (model_name(i) == "flow_source") {
-        out += "    " + comment(joint(i).name + ": flow_source, " + p.words() +
-                                "; its damper acts against the joint's speed alone, and the oil position starts at 0");
-        out += fmt::format(
-            "    <general name=\"{0}\" joint=\"{0}\" dyntype=\"integrator\" gainprm=\"{1}\" "
-            "biastype=\"affine\" biasprm=\"{2}\"/>\n",
-            name, format_number(p["stiffness"] * p["gain"]), numbers({0.0, -p["stiffness"], -p["damping"]}));
-        continue;
-      }
-      if (actuator_table()[static_cast<std::size_t>(actuator(i).type)].chambers) {
-        out += "    " + comment(joint(i).name + ": hydraulic, " + p.words() +
-                                "; its chambers are not in this file: the control is the effort");
-        out += fmt::format("    <motor name=\"{0}\" joint=\"{0}\"/>\n", name);
-        continue;
-      }
-      out += fmt::format(
-          "    <general name=\"{0}\" joint=\"{0}\" gainprm=\"{1}\" biastype=\"affine\" biasprm=\"{2} 0 0\"{3}/>\n",
-          name, format_number(p["gain"]), format_number(p["gain"] * offset), valve_attributes(i));
+      xml_.set("gainprm", p["gain"]).set("biastype", "affine").set("biasprm", {p["gain"] * offset, 0.0, 0.0});
+      put_valve(i);
     }
-    return out;
+    xml_.close();
   }
 
   /// A lag is MuJoCo's filter; a saturation the control's range, where it is hard.
-  std::string valve_attributes(int i) const {
-    std::string out;
+  void put_valve(int i) {
     const double lag = sum_over_effects(i, {"actuator_lag"}, "T");
-    if (lag > 0.0) out += fmt::format(" dyntype=\"filter\" dynprm=\"{}\"", format_number(lag));
+    if (lag > 0.0) xml_.set("dyntype", "filter").set("dynprm", lag);
     const double cap = sum_over_effects(i, {"actuator_saturation"}, "cap");
-    if (cap > 0.0 && std::isfinite(cap))
-      out += fmt::format(" ctrllimited=\"true\" ctrlrange=\"{}\"", numbers({-cap, cap}));
-    return out;
+    if (cap > 0.0 && std::isfinite(cap)) xml_.set("ctrllimited", "true").set("ctrlrange", {-cap, cap});
   }
 
-  std::string effect_comment(const Component& effect) const {
+  std::string in_words(const Component& effect) const {
     const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect.type)];
     const std::string name = info.name;
     static const std::map<std::string, const char*> kept = {
@@ -233,7 +207,7 @@ class Writer {
     std::string text = fmt::format("{} at {}: {}, {}; {}", name, model_.place_name(effect), info.equation,
                                    Values(model_, effect, values_).words(), held);
     if (!effect.recordings.empty()) text += "; acts in some recordings only";
-    return comment(text);
+    return text;
   }
 
   const PlantModel& model_;
@@ -241,25 +215,23 @@ class Writer {
   const Robot& robot_;
   std::vector<Inertial> inertials_;
   std::vector<double> armatures_;  ///< kg m^2 or kg, per joint
+  XmlWriter xml_;
 };
 
 }  // namespace
 
 std::string to_mjcf(const PlantModel& model, std::span<const double> values) { return Writer(model, values).str(); }
 
-std::string plant_in_words(const PlantModel& model, std::span<const double> values) {
-  std::string out;
-  for (const Component& actuator : model.actuators()) {
-    if (actuator.type < 0) continue;
-    const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(actuator.type)];
-    out += comment(fmt::format("{} at {}: {}, {}", info.name, model.place_name(actuator), info.equation,
-                               Values(model, actuator, values).words()));
-  }
-  for (const Component& effect : model.effects()) {
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect.type)];
-    out += comment(fmt::format("{} at {}: {}, {}", info.name, model.place_name(effect), info.equation,
-                               Values(model, effect, values).words()));
-  }
+std::vector<std::string> plant_in_words(const PlantModel& model, std::span<const double> values) {
+  std::vector<std::string> out;
+  const auto add = [&](const auto& info, const Component& component) {
+    out.push_back(printable(fmt::format("{} at {}: {}, {}", info.name, model.place_name(component), info.equation,
+                                        Values(model, component, values).words()),
+                            1000));
+  };
+  for (const Component& actuator : model.actuators())
+    if (actuator.type >= 0) add(actuator_table()[static_cast<std::size_t>(actuator.type)], actuator);
+  for (const Component& effect : model.effects()) add(effect_table()[static_cast<std::size_t>(effect.type)], effect);
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "physics/plant_model.h"
 
@@ -13,7 +14,7 @@ namespace lacuna {
 /// (delay, dead zone, soft saturation, break-away friction) stands in comments.
 std::string to_mjcf(const PlantModel& model, std::span<const double> values);
 
-/// Actuators and effects in words, one line each, for formats that hold none of them.
-std::string plant_in_words(const PlantModel& model, std::span<const double> values);
+/// Actuators and effects in words, one each, for formats that hold none of them.
+std::vector<std::string> plant_in_words(const PlantModel& model, std::span<const double> values);
 
 }  // namespace lacuna

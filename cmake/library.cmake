@@ -53,9 +53,9 @@ endif()
 target_link_libraries(lacuna
   PUBLIC Eigen3::Eigen
   PRIVATE $<BUILD_INTERFACE:lacuna_flags> Threads::Threads yaml-cpp nlohmann_json::nlohmann_json fmt::fmt
-          spdlog::spdlog Ceres::ceres Pagmo::pagmo Boost::headers PNG::PNG OpenSSL::Crypto PkgConfig::URDFDOM PkgConfig::MATIO
-          PkgConfig::SQLITE3 PkgConfig::LZ4 PkgConfig::ZSTD)
-target_include_directories(lacuna SYSTEM PRIVATE ${LACUNA_ENGINE_INCLUDES})
+          spdlog::spdlog Ceres::ceres Pagmo::pagmo TBB::tbb Boost::headers PNG::PNG OpenSSL::Crypto PkgConfig::URDFDOM
+          PkgConfig::MATIO PkgConfig::TINYXML2 PkgConfig::SQLITE3 PkgConfig::LZ4 PkgConfig::ZSTD)
+target_include_directories(lacuna SYSTEM PRIVATE ${RANDOM123_INCLUDE} ${LACUNA_ENGINE_INCLUDES})
 target_link_libraries(lacuna PRIVATE ${LACUNA_ENGINE_LIBRARIES})
 if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
   target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY})

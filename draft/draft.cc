@@ -196,19 +196,19 @@ class Drafter {
       springs = springs && (guess.holds || guess.model.empty());
       any = any || !guess.model.empty();
     }
-    const auto digits = [](double x) { return format_number(parse_number(fmt::format("{:.2g}", x)).value_or(1.0)); };
+    const auto digits = [](double x) { return parse_number(fmt::format("{:.2g}", x)).value_or(1.0); };
     if (efforts && band.cutoff_hz > 0.0 && std::isfinite(band.cutoff_hz)) {
-      facts_.prediction = fmt::format("{{inverse_dynamics: {{cutoff_hz: {}}}}}", digits(band.cutoff_hz));
+      facts_.prediction = InverseDynamics{digits(band.cutoff_hz)};
       facts_.prediction_reason = fmt::format(
           "the effort of every joint is measured; Hz: twenty times the motion's own {:.2g} Hz, at most a fifth of the "
           "{:.4g} Hz of sampling",
           band.frequency, band.rate);
     } else if (springs && any) {
-      facts_.prediction = "free_run";
+      facts_.prediction = FreeRun{};
       facts_.prediction_reason = "every driven joint is held by a spring: a simulation from the start does not drift";
     } else {
       const double periods = std::isfinite(band.middle) && band.middle > 0.0 ? 3.0 / band.middle : 1.0;
-      facts_.prediction = fmt::format("{{horizon: {}}}", digits(std::clamp(periods, 0.25, 2.0)));
+      facts_.prediction = Windows{digits(std::clamp(periods, 0.25, 2.0))};
       facts_.prediction_reason =
           "s: nothing holds every joint, so a long simulation drifts; windows start from what was measured";
     }

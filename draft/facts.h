@@ -30,7 +30,8 @@ struct DraftFacts {
   std::map<int, SignalFacts> positions;                    ///< by joint
   ActuationGuess actuation;
   RoleGuesses roles;
-  std::string prediction, prediction_reason;
+  Prediction prediction;
+  std::string prediction_reason;
 
   bool measured(ChannelKind kind, int joint) const { return columns.find(kind, joint) != nullptr; }
 };

@@ -4,17 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scenarios/scenario_entries.h"
 #include "scenarios/text.h"
+#include "scenarios/yaml_writer.h"
 #include "draft/facts.h"
 
 namespace lacuna {
 namespace {
 
 constexpr int kStartDigits = 3;
+constexpr std::size_t kCommentColumn = 46;
 
 /// Start values need no more digits than they deserve.
-std::string short_number(double value, int digits = kStartDigits) {
-  return format_number(parse_number(fmt::format("{:.{}g}", value, digits)).value_or(0.0));
+double rounded(double value, int digits = kStartDigits) {
+  return parse_number(fmt::format("{:.{}g}", value, digits)).value_or(0.0);
 }
 
 class PageWriter {
@@ -23,6 +26,7 @@ class PageWriter {
       : request_(request), facts_(facts), out_(out) {}
 
   void write() {
+    yaml_.map();
     head();
     actuators();
     identify();
@@ -32,6 +36,7 @@ class PageWriter {
     prediction();
     recordings();
     unused();
+    out_.yaml = yaml_.end().str() + "\n";
   }
 
  private:
@@ -41,14 +46,15 @@ class PageWriter {
   const ActuatorGuess& actuator(int j) const { return facts_.actuation.joints[static_cast<std::size_t>(j)]; }
   std::string unit(int j) const { return joint(j).prismatic() ? "m" : "rad"; }
 
-  void line(const std::string& text, const std::string& comment = "") {
-    out_.yaml += comment.empty() ? text + "\n" : fmt::format("{:<46} # {}\n", text, printable(comment, 400));
+  /// Behind what was written last.
+  void say(const std::string& reason) {
+    if (!reason.empty()) yaml_.comment(printable(reason, 400));
   }
-  void remark(const std::string& text) { out_.yaml += "# " + printable(text, 400) + "\n"; }
+  void remark(const std::string& text) { yaml_.remark(printable(text, 400)); }
   void guess(const std::string& text) { out_.guesses.push_back(printable(text, 400)); }
   /// Asked in the text and on the screen.
-  void ask(const std::string& text, const std::string& indent = "") {
-    out_.yaml += indent + "# ASKED: " + printable(text, 400) + "\n";
+  void ask(const std::string& text) {
+    yaml_.remark("ASKED: " + printable(text, 400));
     out_.questions.push_back(printable(text, 400));
   }
 
@@ -56,53 +62,57 @@ class PageWriter {
     remark(
         "Drafted by `lacuna init`. Every comment says how its value was found: check them, above all those that begin");
     remark("with GUESS; what only you know is marked ASKED. Values are SI: m, rad, s, kg, N, N m.");
-    line("format: lacuna-scenario/1");
-    line("name: " + yaml_scalar(request_.name));
-    line("robot: " + yaml_scalar(request_.robot_file));
-    line("gravity: [0, 0, -9.81]", "m/s^2; GUESS: the z axis of the robot's file points up");
+    yaml_.put("format", "lacuna-scenario/1").put("name", request_.name).put("robot", request_.robot_file);
+    yaml_.put("gravity", {0.0, 0.0, -9.81}).comment("m/s^2; GUESS: the z axis of the robot's file points up");
     guess("gravity: the z axis of the robot's file points up");
     const ClockGuess& clock = facts_.clock;
     if (facts_.one_period) {
-      line("sample_period: " + short_number(clock.period, 4), "s; every clock keeps to it within 1 %");
+      yaml_.put("sample_period", rounded(clock.period, 4)).comment("s; every clock keeps to it within 1 %");
     } else {
       remark(fmt::format("sample_period is left out: the clock is uneven, steps of {:.3g} to {:.3g} s, median {:.4g} s",
                          clock.shortest, clock.longest, clock.period));
     }
-    const std::string mass = short_number(request_.robot->moving_mass(), 4);
-    if (!identifies_mass() || !any_free_gain()) return;
-    line("# total_mass: " + mass,
-         "kg; ASKED: the sum of the robot's file; put in what the moving links weigh, if you know");
-    out_.questions.push_back("total_mass: what do the moving links weigh together? The robot's file says " + mass +
-                             " kg. Without it efforts are known up to a common factor only");
+    if (identifies_mass() && any_free_gain()) ask_total_mass();
   }
 
-  static std::string parameters(const ActuatorGuess& a) {
-    std::string out = fmt::format("model: {}, gain: {}", a.model, short_number(a.gain));
-    if (a.model != "direct_effort")
-      out += ", damping: " + short_number(a.damping) + ", stiffness: " + short_number(a.stiffness);
-    if (a.model == "direct_effort") out += ", damping: " + short_number(a.damping);
-    if (a.model == "torque_source") out += ", rest: " + short_number(a.rest);
-    return out;
+  void ask_total_mass() {
+    const double mass = rounded(request_.robot->moving_mass(), 4);
+    YamlWriter hidden(kCommentColumn);
+    hidden.map().put("total_mass", mass);
+    hidden.comment("kg; ASKED: the sum of the robot's file; put in what the moving links weigh, if you know");
+    yaml_.remark(hidden.end().str());  // waits for the user to make up their mind
+    out_.questions.push_back("total_mass: what do the moving links weigh together? The robot's file says " +
+                             format_number(mass) + " kg. Without it efforts are known up to a common factor only");
+  }
+
+  void put_actuator(const ActuatorGuess& a) {
+    yaml_.short_map().put("model", a.model).put("gain", rounded(a.gain)).put("damping", rounded(a.damping));
+    if (a.model != "direct_effort") yaml_.put("stiffness", rounded(a.stiffness));
+    if (a.model == "torque_source") yaml_.put("rest", rounded(a.rest));
+    yaml_.end();
   }
 
   void actuators() {
     const bool any = std::any_of(facts_.actuation.joints.begin(), facts_.actuation.joints.end(),
                                  [](const ActuatorGuess& a) { return !a.model.empty(); });
-    out_.yaml += "\n";
-    if (any) line("actuators:", "start values of the search; `lacuna effects` has the models' equations");
+    yaml_.blank_line();
+    if (any) {
+      yaml_.key("actuators").comment("start values of the search; `lacuna effects` has the models' equations").map();
+    }
     for (int j = 0; j < dof(); ++j) {
       const ActuatorGuess& a = actuator(j);
       if (a.model.empty()) {
         ask(fmt::format("actuators.{}: no command and no effort is recorded of it; it is taken to move freely",
-                        shown(j)),
-            "  ");
+                        shown(j)));
         continue;
       }
-      const std::string text = fmt::format("  {}: {{{}}}", yaml_scalar(joint(j).name), parameters(a));
-      line(text, (a.sure ? "" : "GUESS: ") + a.reason);
+      yaml_.key(joint(j).name);
+      put_actuator(a);
+      say((a.sure ? "" : "GUESS: ") + a.reason);
       guess(fmt::format("{}: {}: {}", shown(j), a.model, a.reason));
       if (!a.sure) out_.questions.push_back(fmt::format("actuators.{}: {}", shown(j), printable(a.reason)));
     }
+    if (any) yaml_.end();
   }
 
   bool any_model(const std::string& model) const {
@@ -128,45 +138,44 @@ class PageWriter {
     const bool torque = any_model("torque_source"), direct = any_model("direct_effort");
     const bool flow = any_model("flow_source");
     if (!torque && !direct && !flow) return;
-    out_.yaml += "\n";
-    line("identify:", "what is not known well, as factors of the start values");
-    if (any_free_gain()) line(flow ? "  gain: {relative_bounds: [0.1, 10]}" : "  gain: {relative_bounds: [0.25, 4]}");
+    yaml_.blank_line().key("identify").comment("what is not known well, as factors of the start values").map();
+    if (any_free_gain()) put_factors("gain", flow ? 0.1 : 0.25, flow ? 10.0 : 4.0);
     if (flow) {
       remark("Masses and damping are left out: a stiff flow source hides them.");
-      return;
+    } else {
+      put_factors("damping", direct ? 0.05 : 0.25, direct ? 20.0 : 4.0);
+      if (torque) put_springs();
+      put_factors("mass", 0.4, 2.5);
+      yaml_.comment("of every moving link; its shape is kept");
     }
-    line(direct ? "  damping: {relative_bounds: [0.05, 20]}" : "  damping: {relative_bounds: [0.25, 4]}");
-    if (torque) line("  stiffness: {relative_bounds: [0.25, 4]}");
-    for (const auto& [j, seen] : facts_.positions) {
-      const double reach = 0.25 * (seen.high - seen.low), rest = actuator(j).rest;
-      if (actuator(j).model == "torque_source" && reach > 0.0)
-        line(fmt::format("  {}: {{bounds: [{}, {}]}}", yaml_scalar(joint(j).name + ".rest"), short_number(rest - reach),
-                         short_number(rest + reach)));
-    }
-    line("  mass: {relative_bounds: [0.4, 2.5]}", "of every moving link; its shape is kept");
+    yaml_.end();
   }
 
-  std::string column_text(const ColumnGuess& column, double scale, double offset,
-                          const std::string& command_unit) const {
-    if (scale == 1.0 && offset == 0.0 && command_unit.empty()) return yaml_scalar(column.column);
-    std::string out = "{column: " + yaml_scalar(column.column);
-    if (scale != 1.0) out += ", scale: " + short_number(scale, column.current ? kStartDigits : 12);
-    if (offset != 0.0) out += ", offset: " + short_number(offset, 5);
-    if (!command_unit.empty()) out += ", unit: " + yaml_scalar(command_unit);
-    return out + "}";
+  void put_factors(const char* name, double least, double most) {
+    yaml_.key(name).short_map().put("relative_bounds", {least, most}).end();
+  }
+
+  void put_springs() {
+    put_factors("stiffness", 0.25, 4.0);
+    for (const auto& [j, seen] : facts_.positions) {
+      const double reach = 0.25 * (seen.high - seen.low), rest = actuator(j).rest;
+      if (actuator(j).model != "torque_source" || !(reach > 0.0)) continue;
+      yaml_.key(joint(j).name + ".rest").short_map();
+      yaml_.put("bounds", {rounded(rest - reach), rounded(rest + reach)}).end();
+    }
   }
 
   void time_channel() {
     const ClockGuess& clock = facts_.clock;
     const std::string said = fmt::format("{}{}: {}", clock.sure ? "" : "GUESS: ", clock.unit, clock.reason);
-    line("  time: " + yaml_scalar(facts_.columns.time),
-         clock.scale == 1.0 ? said : said + "; written again in s, beside the recordings");
+    yaml_.put("time", facts_.columns.time);
+    say(clock.scale == 1.0 ? said : said + "; written again in s, beside the recordings");
     guess(fmt::format("time: {} in {}: {}", printable(facts_.columns.time, 60), clock.unit, clock.reason));
     if (!clock.sure) out_.questions.push_back("channels.time: is it in " + clock.unit + "? " + clock.reason);
   }
 
   void channels() {
-    out_.yaml += "\nchannels:\n";
+    yaml_.blank_line().key("channels").map();
     time_channel();
     for (const ChannelKind kind :
          {ChannelKind::command, ChannelKind::position, ChannelKind::velocity, ChannelKind::effort,
@@ -175,23 +184,25 @@ class PageWriter {
     if (std::none_of(facts_.columns.columns.begin(), facts_.columns.columns.end(),
                      [](const ColumnGuess& c) { return c.kind == ChannelKind::position; }))
       ask("channels.position: no column is named like a joint's position (q, pos, angle, len with the joint's name or "
-          "number)",
-          "  ");
+          "number)");
+    yaml_.end();
   }
 
   void channels_of(ChannelKind kind) {
     const bool any = std::any_of(facts_.columns.columns.begin(), facts_.columns.columns.end(),
                                  [&](const ColumnGuess& c) { return c.kind == kind; });
     if (!any) return;
-    line(fmt::format("  {}:", to_string(kind)), kind == ChannelKind::command ? "held between samples" : "");
+    yaml_.key(to_string(kind));
+    if (kind == ChannelKind::command) yaml_.comment("held between samples");
+    yaml_.map();
     for (int j = 0; j < dof(); ++j) {
       if (const ColumnGuess* column = facts_.columns.find(kind, j)) {
         channel(*column);
       } else if (kind == ChannelKind::position) {
-        ask(fmt::format("channels.position.{}: no column is named like its position{}", shown(j), candidates()),
-            "    ");
+        ask(fmt::format("channels.position.{}: no column is named like its position{}", shown(j), candidates()));
       }
     }
+    yaml_.end();
   }
 
   std::string candidates() const {
@@ -215,9 +226,13 @@ class PageWriter {
     }
     const std::string why = column.reason + (value.empty() ? "" : "; " + value);
     const bool guessed = !column.sure || !sure;
-    line(fmt::format("    {}: {}", yaml_scalar(joint(column.joint).name),
-                     column_text(column, unit.scale, offset, command ? command_unit_of(column) : "")),
-         (guessed ? "GUESS: " : "") + why);
+    put_column(yaml_, joint(column.joint).name,
+               {.column = column.column,
+                .scale = unit.scale == 1.0 ? 1.0 : rounded(unit.scale, column.current ? kStartDigits : 12),
+                .offset = offset == 0.0 ? 0.0 : rounded(offset, 5),
+                .where = "",
+                .unit = command ? command_unit_of(column) : ""});
+    say((guessed ? "GUESS: " : "") + why);
     guess(fmt::format("{} of {}: {}: {}", to_string(column.kind), shown(column.joint), printable(column.column, 60),
                       why));
     const std::string pair = printable(column.column, 60) + " of " + shown(column.joint);
@@ -245,7 +260,7 @@ class PageWriter {
 
   void noise() {
     if (facts_.positions.empty()) return;
-    out_.yaml += "\n";
+    yaml_.blank_line();
     remark("noise is left out: it is estimated from the recordings. Seen in the first (rms; where it starts):");
     for (const auto& [j, facts] : facts_.positions) {
       std::string text = fmt::format("  {}: rms {:.2g} {}, from {:.4g} to {:.4g}, starts at {:.4g}", shown(j),
@@ -256,32 +271,48 @@ class PageWriter {
   }
 
   void prediction() {
-    out_.yaml += "\n";
-    line("prediction: " + facts_.prediction, facts_.prediction_reason);
-    guess("prediction: " + facts_.prediction + ": " + facts_.prediction_reason);
+    yaml_.blank_line();
+    put_prediction(yaml_, facts_.prediction);
+    say(facts_.prediction_reason);
+    YamlWriter alone;
+    put_prediction(alone.map(), facts_.prediction);
+    guess(alone.end().str() + ": " + facts_.prediction_reason);
   }
 
   /// Recordings need a measured position; without one they wait as comments.
   void recordings() {
     const bool usable = std::any_of(facts_.columns.columns.begin(), facts_.columns.columns.end(),
                                     [](const ColumnGuess& c) { return c.kind == ChannelKind::position; });
-    const std::string hidden = usable ? "" : "# ";
-    out_.yaml += "\n";
-    line(hidden + "recordings:",
-         "train is fitted, validate decides what is real, test is only reported; GUESS: " + facts_.roles.reason);
-    guess("recordings: " + facts_.roles.reason);
-    for (const RoleGuess& role : facts_.roles.roles) {
-      std::string text =
-          fmt::format("{}  - {{file: {}, role: {}", hidden, yaml_scalar(file_of(role)), to_string(role.role));
-      if (role.from) text += ", from: " + format_number(*role.from);
-      if (role.to) text += ", to: " + format_number(*role.to);
-      line(text + with_of(role) + "}");
+    yaml_.blank_line();
+    if (usable) {
+      put_recordings(yaml_);
+    } else {
+      YamlWriter hidden(kCommentColumn);
+      put_recordings(hidden.map());
+      yaml_.remark(hidden.end().str());
     }
+    guess("recordings: " + facts_.roles.reason);
     const bool joined = std::any_of(request_.recordings.begin(), request_.recordings.end(),
                                     [](const DraftRecording& r) { return !r.with.empty(); });
     if (joined)
       out_.questions.push_back(
           "recordings: do the clocks of the files joined by with: agree? clock_offset adds s to the times of one");
+  }
+
+  void put_recordings(YamlWriter& yaml) const {
+    yaml.key("recordings")
+        .comment(printable(
+            "train is fitted, validate decides what is real, test is only reported; GUESS: " + facts_.roles.reason,
+            400));
+    yaml.list();
+    for (const RoleGuess& role : facts_.roles.roles) {
+      yaml.short_map().put("file", file_of(role)).put("role", to_string(role.role));
+      if (role.from) yaml.put("from", *role.from);
+      if (role.to) yaml.put("to", *role.to);
+      put_joined(yaml, request_.recordings[role.recording].with);
+      yaml.end();
+    }
+    yaml.end();
   }
 
   std::string file_of(const RoleGuess& role) const {
@@ -290,17 +321,16 @@ class PageWriter {
   }
 
   /// The files joined to a recording; what was written again in s is one file.
-  std::string with_of(const RoleGuess& role) const {
-    std::string out;
-    if (facts_.clock.scale != 1.0) return out;
-    for (const RecordingPart& part : request_.recordings[role.recording].with)
-      out += (out.empty() ? ", with: [" : ", ") + yaml_scalar(part.file);
-    return out.empty() ? out : out + "]";
+  void put_joined(YamlWriter& yaml, const std::vector<RecordingPart>& parts) const {
+    if (facts_.clock.scale != 1.0 || parts.empty()) return;
+    yaml.key("with").short_list();
+    for (const RecordingPart& part : parts) yaml.value(part.file);
+    yaml.end();
   }
 
   void unused() {
     if (facts_.columns.unused.empty()) return;
-    out_.yaml += "\n";
+    yaml_.blank_line();
     remark("Columns without a place here:");
     for (const UnusedColumn& column : facts_.columns.unused) {
       remark(fmt::format("  {}: {}", printable(column.column, 60), column.reason));
@@ -312,6 +342,7 @@ class PageWriter {
   const DraftRequest& request_;
   const DraftFacts& facts_;
   Draft& out_;
+  YamlWriter yaml_{kCommentColumn};
   std::map<std::string, std::vector<std::string>> doubts_;  ///< about which columns
 };
 

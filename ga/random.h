@@ -1,7 +1,7 @@
 // Counter-based random numbers: every draw is a pure function of (seed, generation, individual, number of the draw), so
 // a result depends neither on the number of threads nor on the order in which individuals are worked on.
 //
-// The generator is Philox4x32-10, written from its description in J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw,
+// The generator is Philox4x32-10 of the Random123 library: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw,
 // "Parallel random numbers: as easy as 1, 2, 3", SC'11, doi:10.1145/2063384.2063405.
 #pragma once
 
@@ -13,19 +13,8 @@
 namespace lacuna {
 
 /// One block of Philox4x32-10: ten rounds of a keyed bijection on 128 bits.
-constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
-                                                  std::array<std::uint32_t, 2> key) {
-  constexpr std::uint64_t multiplier0 = 0xD2511F53u, multiplier1 = 0xCD9E8D57u;
-  constexpr std::uint32_t weyl0 = 0x9E3779B9u, weyl1 = 0xBB67AE85u;  // golden ratio and sqrt(3) - 1
-  for (int round = 0; round < 10; ++round) {
-    const std::uint64_t product0 = multiplier0 * counter[0], product1 = multiplier1 * counter[2];
-    counter = {static_cast<std::uint32_t>(product1 >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(product1),
-               static_cast<std::uint32_t>(product0 >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(product0)};
-    key[0] += weyl0;
-    key[1] += weyl1;
-  }
-  return counter;
-}
+std::array<std::uint32_t, 4> philox_block(const std::array<std::uint32_t, 4>& counter,
+                                          const std::array<std::uint32_t, 2>& key);
 
 /// The stream of draws that belongs to one individual of one generation. Two streams of different (seed, generation,
 /// individual, purpose) never share a block. Cheap to make: it holds a counter and four words.
@@ -39,7 +28,7 @@ class RandomStream {
   /// 32 random bits.
   std::uint32_t bits32() {
     if (next_ == block_.size()) {
-      block_ = philox4x32(counter_, key_);
+      block_ = philox_block(counter_, key_);
       ++counter_[0];
       next_ = 0;
     }

@@ -1,11 +1,15 @@
 #include "physics/executor.h"
 
 #include <sched.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cstring>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "physics/ranks.h"
@@ -86,6 +90,18 @@ class RankExecutor final : public Executor {
   std::unique_ptr<Executor> own_;
 };
 
+/// oneTBB's threads are as many as the cores unless told so. The most that was ever asked for stays allowed: of several
+/// limits in force at once the lowest would count.
+void allow_threads(int threads) {
+  static std::mutex mutex;
+  static std::optional<tbb::global_control> allowed;
+  constexpr auto limit = tbb::global_control::max_allowed_parallelism;
+  const std::lock_guard lock(mutex);
+  if (tbb::global_control::active_value(limit) >= static_cast<std::size_t>(threads)) return;
+  allowed.reset();
+  allowed.emplace(limit, static_cast<std::size_t>(threads));
+}
+
 }  // namespace
 
 int default_threads() {
@@ -96,25 +112,22 @@ int default_threads() {
 
 void parallel_for(int threads, int pieces, const std::function<void(int, int)>& work, const StopFlag* stop) {
   std::atomic<int> next{0};
-  std::atomic<bool> failed{false};
-  std::exception_ptr error;
-  std::mutex error_mutex;
-  auto run = [&](int worker) {
-    for (int piece = next++; piece < pieces && !failed; piece = next++) {
-      try {
-        if (stop != nullptr && *stop) throw Interrupted();
-        work(worker, piece);
-      } catch (...) {
-        const std::lock_guard lock(error_mutex);
-        if (!failed.exchange(true)) error = std::current_exception();
-      }
+  const auto run = [&](int worker) {
+    for (int piece = next++; piece < pieces && !tbb::is_current_task_group_canceling(); piece = next++) {
+      if (stop != nullptr && *stop) throw Interrupted();
+      work(worker, piece);
     }
   };
-  std::vector<std::thread> pool;
-  for (int worker = 1; worker < std::min(threads, pieces); ++worker) pool.emplace_back(run, worker);
-  run(0);
-  for (std::thread& thread : pool) thread.join();
-  if (error) std::rethrow_exception(error);
+  const int workers = std::min(threads, pieces);
+  if (workers <= 1) return run(0);
+  allow_threads(workers);
+  // A worker is one task, so none works twice at once; an arena and isolation of its own, so that one that waits for a
+  // call within a piece takes up nothing of this one meanwhile.
+  tbb::task_arena(workers).execute([&] {
+    tbb::parallel_for(
+        0, workers, [&](int worker) { tbb::this_task_arena::isolate([&] { run(worker); }); },
+        tbb::simple_partitioner());
+  });
 }
 
 std::unique_ptr<Executor> make_executor(int threads, Ranks* ranks, const StopFlag* stop) {

@@ -8,6 +8,7 @@
 
 #include "scenarios/error.h"
 #include "scenarios/text.h"
+#include "scenarios/yaml_writer.h"
 
 namespace lacuna {
 namespace {
@@ -68,18 +69,18 @@ double number_of(const EffectSpec& spec, const std::string& key) {
   return at == spec.parameters.end() ? 0.0 : at->second;
 }
 
-/// "a, b, c": `count` numbers.
+/// A list of `count` numbers.
 template <class At>
-std::string listed(int count, const At& at) {
-  std::string out;
-  for (int k = 0; k < count; ++k) out += (k > 0 ? ", " : "") + format_number(at(k));
-  return out;
+void put_list(YamlWriter& yaml, int count, const At& at) {
+  yaml.short_list();
+  for (int k = 0; k < count; ++k) yaml.value(at(k));
+  yaml.end();
 }
 
-std::string knots_text(const EffectSpec& spec, const std::string& suffix) {
+void put_knots(YamlWriter& yaml, const EffectSpec& spec, const std::string& suffix) {
   const double from = number_of(spec, "from" + suffix), to = number_of(spec, "to" + suffix);
   const int count = static_cast<int>(number_of(spec, "knots" + suffix));
-  return listed(count, [&](int k) { return k + 1 == count ? to : from + k * (to - from) / (count - 1); });
+  put_list(yaml, count, [&](int k) { return k + 1 == count ? to : from + k * (to - from) / (count - 1); });
 }
 
 }  // namespace
@@ -130,22 +131,25 @@ std::vector<std::string> variables_of(const EffectSpec& spec, const Robot& robot
   return out;
 }
 
-std::string curve_text(const EffectSpec& spec, const Robot& robot) {
+void put_curve(YamlWriter& yaml, const EffectSpec& spec, const Robot& robot) {
   const int rows = static_cast<int>(number_of(spec, "knots")), columns = static_cast<int>(number_of(spec, "knots_2"));
   if (rows < static_cast<int>(kKnots.front().fewest))
     throw WorkError("a learned law at " + quoted(spec.place) + " without knots cannot be written");
   const auto value = [&](int k) { return number_of(spec, fmt::format("value_{}", k + 1)); };
-  std::string names, values;
-  for (const std::string& name : variables_of(spec, robot)) names += (names.empty() ? "" : ", ") + yaml_scalar(name);
-  const double period = number_of(spec, "period");
-  if (columns == 0)
-    return fmt::format(", over: [{}], knots: [{}], values: [{}]{}", names, knots_text(spec, ""), listed(rows, value),
-                       period > 0.0 ? ", period: " + format_number(period) : "");
-  for (int row = 0; row < rows; ++row)
-    values +=
-        fmt::format("{}[{}]", row > 0 ? ", " : "", listed(columns, [&](int k) { return value(row * columns + k); }));
-  return fmt::format(", over: [{}], knots: [[{}], [{}]], values: [{}]", names, knots_text(spec, ""),
-                     knots_text(spec, "_2"), values);
+  yaml.key("over").short_list();
+  for (const std::string& name : variables_of(spec, robot)) yaml.value(name);
+  yaml.end().key("knots");
+  if (columns == 0) {
+    put_knots(yaml, spec, "");
+    put_list(yaml.key("values"), rows, value);
+    if (const double period = number_of(spec, "period"); period > 0.0) yaml.put("period", period);
+    return;
+  }
+  yaml.short_list();
+  for (const char* suffix : kSuffixes) put_knots(yaml, spec, suffix);
+  yaml.end().key("values").short_list();
+  for (int row = 0; row < rows; ++row) put_list(yaml, columns, [&](int k) { return value(row * columns + k); });
+  yaml.end();
 }
 
 }  // namespace lacuna

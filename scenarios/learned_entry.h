@@ -17,14 +17,16 @@
 
 namespace lacuna {
 
+class YamlWriter;
+
 /// learned_effort, learned_command, learned_reading.
 bool is_learned(const std::string& effect);
 
 /// As the parameters of the effect. Throws InputError.
 std::map<std::string, double> parse_curve(const YamlCursor& entry, const Robot& robot);
 
-/// ", over: [q], knots: [...], values: [...]". Throws WorkError for a law without knots.
-std::string curve_text(const EffectSpec& spec, const Robot& robot);
+/// Into the map of its effect: `over: [q], knots: [...], values: [...]`. Throws WorkError for a law without knots.
+void put_curve(YamlWriter& yaml, const EffectSpec& spec, const Robot& robot);
 
 /// A variable by its name in a scenario: whose it is ("": the joint's at which the law stands), and which.
 struct VariableName {

@@ -1,6 +1,4 @@
 // Scenario to YAML. What is written loads to the same values.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <system_error>
 
@@ -9,19 +7,20 @@
 #include "scenarios/files.h"
 #include "scenarios/learned_entry.h"
 #include "scenarios/scenario.h"
+#include "scenarios/scenario_entries.h"
 #include "scenarios/scenario_parser.h"
 #include "scenarios/text.h"
+#include "scenarios/yaml_writer.h"
 
 namespace lacuna {
 namespace fs = std::filesystem;
 
 namespace {
 
-std::string number_map(const std::map<std::string, double>& values) {
-  std::string out;
-  for (const auto& [name, value] : values)
-    out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", yaml_scalar(name), format_number(value));
-  return "{" + out + "}";
+void put_numbers(YamlWriter& yaml, const std::string& key, const std::map<std::string, double>& values) {
+  yaml.key(key).short_map();
+  for (const auto& [name, value] : values) yaml.put(name, value);
+  yaml.end();
 }
 
 /// Where the files of a scenario lie as seen from its new place.
@@ -62,118 +61,118 @@ class Mover {
   std::string stem_;
 };
 
-std::string actuators_text(const Scenario& scenario) {
-  std::string out;
+void put_actuators(YamlWriter& yaml, const Scenario& scenario) {
+  if (scenario.actuators.empty()) return;
+  yaml.key("actuators").map();
   for (const ActuatorSpec& spec : scenario.actuators) {
-    out += fmt::format("  {}: {{model: {}", yaml_scalar(spec.joint), yaml_scalar(spec.model));
-    for (const auto& [name, value] : spec.parameters)
-      out += fmt::format(", {}: {}", yaml_scalar(name), format_number(value));
-    out += "}\n";
+    yaml.key(spec.joint).short_map().put("model", spec.model);
+    for (const auto& [name, value] : spec.parameters) yaml.put(name, value);
+    yaml.end();
   }
-  return out.empty() ? out : "actuators:\n" + out;
+  yaml.end();
 }
 
-std::string identify_text(const Scenario& scenario) {
-  std::string out;
-  for (const IdentifySpec& spec : scenario.identify)
-    out += fmt::format("  {}: {{{}: [{}, {}]}}\n", yaml_scalar(spec.name), spec.relative ? "relative_bounds" : "bounds",
-                       format_number(spec.lower), format_number(spec.upper));
-  return out.empty() ? out : "identify:\n" + out;
-}
-
-std::string column_text(const ColumnSpec& spec) {
-  if (spec.scale == 1.0 && spec.offset == 0.0 && spec.unit.empty()) return yaml_scalar(spec.column);
-  std::string out = "{column: " + yaml_scalar(spec.column);
-  if (spec.scale != 1.0) out += ", scale: " + format_number(spec.scale);
-  if (spec.offset != 0.0) out += ", offset: " + format_number(spec.offset);
-  if (!spec.unit.empty()) out += ", unit: " + yaml_scalar(spec.unit);
-  return out + "}";
-}
-
-std::string channels_text(const Scenario& scenario) {
-  std::string out;
-  if (!scenario.channels.time.empty()) out += "  time: " + yaml_scalar(scenario.channels.time) + "\n";
-  for (const auto& [kind, joints] : scenario.channels.of) {
-    out += fmt::format("  {}:\n", to_string(kind));
-    for (const auto& [joint, spec] : joints) out += fmt::format("    {}: {}\n", yaml_scalar(joint), column_text(spec));
+void put_identify(YamlWriter& yaml, const Scenario& scenario) {
+  if (scenario.identify.empty()) return;
+  yaml.key("identify").map();
+  for (const IdentifySpec& spec : scenario.identify) {
+    yaml.key(spec.name).short_map();
+    yaml.put(spec.relative ? "relative_bounds" : "bounds", {spec.lower, spec.upper}).end();
   }
-  return out.empty() ? out : "channels:\n" + out;
+  yaml.end();
 }
 
-std::string noise_text(const Scenario& scenario) {
-  std::string out;
-  for (const auto& [kind, joints] : scenario.noise)
-    out += fmt::format("  {}: {}\n", to_string(kind), number_map(joints));
-  return out.empty() ? out : "noise:\n" + out;
+void put_channels(YamlWriter& yaml, const Scenario& scenario) {
+  const ChannelSpecs& channels = scenario.channels;
+  if (channels.time.empty() && channels.of.empty()) return;
+  yaml.key("channels").map();
+  if (!channels.time.empty()) yaml.put("time", channels.time);
+  for (const auto& [kind, joints] : channels.of) {
+    yaml.key(to_string(kind)).map();
+    for (const auto& [joint, spec] : joints) put_column(yaml, joint, spec);
+    yaml.end();
+  }
+  yaml.end();
 }
 
-std::string part_text(const RecordingPart& part, const std::string& file) {
-  std::string out = "{file: " + yaml_scalar(file);
-  if (part.clock_offset) out += ", clock_offset: " + format_number(*part.clock_offset);
-  if (!part.time.empty()) out += ", time: " + yaml_scalar(part.time);
-  if (!part.prefix.empty()) out += ", prefix: " + yaml_scalar(part.prefix);
-  if (part.log_times) out += ", stamps: log";
-  return out + "}";
+void put_noise(YamlWriter& yaml, const Scenario& scenario) {
+  if (scenario.noise.empty()) return;
+  yaml.key("noise").map();
+  for (const auto& [kind, joints] : scenario.noise) put_numbers(yaml, to_string(kind), joints);
+  yaml.end();
 }
 
-std::string recordings_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
-  std::string out;
+void put_part(YamlWriter& yaml, const RecordingPart& part, const std::string& file) {
+  yaml.short_map().put("file", file);
+  if (part.clock_offset) yaml.put("clock_offset", *part.clock_offset);
+  if (!part.time.empty()) yaml.put("time", part.time);
+  if (!part.prefix.empty()) yaml.put("prefix", part.prefix);
+  if (part.log_times) yaml.put("stamps", "log");
+  yaml.end();
+}
+
+void put_recordings(YamlWriter& yaml, const Scenario& scenario, const std::map<std::string, std::string>& moved) {
+  if (scenario.recordings.empty()) return;
+  yaml.key("recordings").list();
   for (const RecordingSpec& spec : scenario.recordings) {
-    out += fmt::format("  - {{file: {}, role: {}", yaml_scalar(moved.at(spec.file)), to_string(spec.role));
-    if (spec.from) out += ", from: " + format_number(*spec.from);
-    if (spec.to) out += ", to: " + format_number(*spec.to);
-    if (spec.log_times) out += ", stamps: log";
-    std::string with;
-    for (const RecordingPart& part : spec.with)
-      with += (with.empty() ? "" : ", ") + part_text(part, moved.at(part.file));
-    if (!with.empty()) out += ", with: [" + with + "]";
-    out += "}\n";
+    yaml.short_map().put("file", moved.at(spec.file)).put("role", to_string(spec.role));
+    if (spec.from) yaml.put("from", *spec.from);
+    if (spec.to) yaml.put("to", *spec.to);
+    if (spec.log_times) yaml.put("stamps", "log");
+    if (!spec.with.empty()) {
+      yaml.key("with").short_list();
+      for (const RecordingPart& part : spec.with) put_part(yaml, part, moved.at(part.file));
+      yaml.end();
+    }
+    yaml.end();
   }
-  return out.empty() ? out : "recordings:\n" + out;
+  yaml.end();
 }
 
-std::string effects_text(const Scenario& scenario, const std::map<std::string, std::string>& moved) {
-  std::string out;
-  for (const EffectSpec& spec : scenario.effects) {
-    out += fmt::format("  - {{effect: {}, where: {}", yaml_scalar(spec.effect), yaml_scalar(spec.place));
-    if (is_learned(spec.effect))
-      out += curve_text(spec, *scenario.robot);
-    else if (!spec.parameters.empty())
-      out += ", parameters: " + number_map(spec.parameters);
-    std::string files;
+void put_effect(YamlWriter& yaml, const EffectSpec& spec, const Robot& robot,
+                const std::map<std::string, std::string>& moved) {
+  yaml.short_map().put("effect", spec.effect).put("where", spec.place);
+  if (is_learned(spec.effect))
+    put_curve(yaml, spec, robot);
+  else if (!spec.parameters.empty())
+    put_numbers(yaml, "parameters", spec.parameters);
+  if (!spec.recordings.empty()) {
+    yaml.key("recordings").short_list();
     for (const std::string& file : spec.recordings) {
       const auto at = moved.find(file);
-      files += (files.empty() ? "" : ", ") + yaml_scalar(at == moved.end() ? file : at->second);
+      yaml.value(at == moved.end() ? file : at->second);
     }
-    out += files.empty() ? "}\n" : ", recordings: [" + files + "]}\n";
+    yaml.end();
   }
-  for (const EventSpec& event : scenario.events)
-    out += fmt::format("  - {{effect: {}, where: {}, events: [{{recording: {}, from: {}, to: {}, value: {}{}}}]}}\n",
-                       to_string(event.kind), yaml_scalar(event.joint), yaml_scalar(moved.at(event.file)),
-                       format_number(event.from), format_number(event.to), format_number(event.value),
-                       event.rise > 0.0 ? ", rise: " + format_number(event.rise) : "");
-  return out.empty() ? out : "effects:\n" + out;
+  yaml.end();
 }
 
-std::string prediction_text(const Prediction& prediction) {
-  if (const auto* windows = std::get_if<Windows>(&prediction))
-    return fmt::format("prediction: {{horizon: {}}}\n", format_number(windows->horizon));
-  if (const auto* inverse = std::get_if<InverseDynamics>(&prediction))
-    return fmt::format("prediction: {{inverse_dynamics: {{cutoff_hz: {}}}}}\n", format_number(inverse->cutoff_hz));
-  return "prediction: free_run\n";
+void put_event(YamlWriter& yaml, const EventSpec& event, const std::string& file) {
+  yaml.short_map().put("effect", to_string(event.kind)).put("where", event.joint);
+  yaml.key("events").short_list().short_map().put("recording", file).put("from", event.from).put("to", event.to);
+  yaml.put("value", event.value);
+  if (event.rise > 0.0) yaml.put("rise", event.rise);
+  yaml.end().end().end();
+}
+
+void put_effects(YamlWriter& yaml, const Scenario& scenario, const std::map<std::string, std::string>& moved) {
+  if (scenario.effects.empty() && scenario.events.empty()) return;
+  yaml.key("effects").list();
+  for (const EffectSpec& spec : scenario.effects) put_effect(yaml, spec, *scenario.robot, moved);
+  for (const EventSpec& event : scenario.events) put_event(yaml, event, moved.at(event.file));
+  yaml.end();
 }
 
 /// `commands` as seen from the new place.
-std::string motion_text(const MotionSpec& motion, const std::string& commands) {
-  std::string out = "motion:\n";
-  if (motion.duration) out += "  duration: " + format_number(*motion.duration) + "\n";
-  if (!motion.position.empty()) out += "  position: " + number_map(motion.position) + "\n";
-  if (!motion.velocity.empty()) out += "  velocity: " + number_map(motion.velocity) + "\n";
-  if (!commands.empty()) out += "  commands: " + yaml_scalar(commands) + "\n";
+void put_motion(YamlWriter& yaml, const MotionSpec& motion, const std::string& commands) {
+  yaml.key("motion").map();
+  if (motion.duration) yaml.put("duration", *motion.duration);
+  if (!motion.position.empty()) put_numbers(yaml, "position", motion.position);
+  if (!motion.velocity.empty()) put_numbers(yaml, "velocity", motion.velocity);
+  if (!commands.empty()) yaml.put("commands", commands);
   if (motion.pickup_mass)
-    out += fmt::format("  pickup: {{mass: {}, time: {}}}\n", format_number(*motion.pickup_mass),
-                       format_number(motion.pickup_time));
-  return out;
+    yaml.key("pickup").short_map().put("mass", *motion.pickup_mass).put("time", motion.pickup_time).end();
+  yaml.end();
 }
 
 }  // namespace
@@ -189,18 +188,23 @@ void save_scenario(const Scenario& scenario, const fs::path& file) {
     for (const RecordingPart& part : spec.with) move(part.file);
   }
   const Eigen::Vector3d& g = scenario.gravity;
-  std::string out =
-      fmt::format("format: lacuna-scenario/1\nname: {}\nrobot: {}\ngravity: [{}, {}, {}]\n", yaml_scalar(scenario.name),
-                  yaml_scalar(mover.robot()), format_number(g[0]), format_number(g[1]), format_number(g[2]));
-  if (scenario.sample_period) out += "sample_period: " + format_number(*scenario.sample_period) + "\n";
-  if (scenario.total_mass) out += "total_mass: " + format_number(*scenario.total_mass) + "\n";
-  out += actuators_text(scenario) + identify_text(scenario) + channels_text(scenario) + noise_text(scenario) +
-         recordings_text(scenario, moved) + effects_text(scenario, moved) + prediction_text(scenario.prediction);
+  YamlWriter yaml;
+  yaml.map().put("format", "lacuna-scenario/1").put("name", scenario.name).put("robot", mover.robot());
+  yaml.put("gravity", {g[0], g[1], g[2]});
+  if (scenario.sample_period) yaml.put("sample_period", *scenario.sample_period);
+  if (scenario.total_mass) yaml.put("total_mass", *scenario.total_mass);
+  put_actuators(yaml, scenario);
+  put_identify(yaml, scenario);
+  put_channels(yaml, scenario);
+  put_noise(yaml, scenario);
+  put_recordings(yaml, scenario, moved);
+  put_effects(yaml, scenario, moved);
+  put_prediction(yaml, scenario.prediction);
   if (scenario.motion) {
     const std::string& commands = scenario.motion->commands;
-    out += motion_text(*scenario.motion, commands.empty() ? commands : mover.recording(commands));
+    put_motion(yaml, *scenario.motion, commands.empty() ? commands : mover.recording(commands));
   }
-  write_file_atomically(file, out);
+  write_file_atomically(file, yaml.end().str() + "\n");
 }
 
 }  // namespace lacuna

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstdint>
 #include <limits>
-#include <set>
 
 namespace lacuna {
 namespace {
@@ -69,21 +67,6 @@ std::string printable(std::string_view text, std::size_t limit) {
   return out;
 }
 
-std::string xml_escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&apos;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
 std::size_t find_invalid_utf8(std::string_view text) {
   std::size_t at = 0;
   while (at < text.size()) {
@@ -113,27 +96,6 @@ std::optional<double> parse_number(std::string_view text) {
     return text.front() == '-' ? -infinity : infinity;
   }
   return value;
-}
-
-std::string yaml_scalar(const std::string& text) {
-  static const std::set<std::string> kWords{"null", "Null", "NULL", "true", "false", "yes",
-                                            "no",   "on",   "off",  "y",    "n"};
-  const bool plain = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
-                     kWords.count(text) == 0 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-                       return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
-                     });
-  if (plain) return text;
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') out += '\\';
-    if (byte < 0x20 || byte == 0x7F) {
-      out += fmt::format("\\x{:02x}", byte);
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
 }
 
 std::string format_number(double value) {

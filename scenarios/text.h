@@ -12,18 +12,12 @@ namespace lacuna {
 /// The text with control characters and bytes that are not UTF-8 escaped, cut at `limit` characters; no quotes added.
 std::string printable(std::string_view text, std::size_t limit = 200);
 
-/// The text as it stands in an XML attribute, whichever quotes it has.
-std::string xml_escaped(std::string_view text);
-
 /// Offset of the first byte that is not part of valid UTF-8, or npos. NUL counts as invalid.
 std::size_t find_invalid_utf8(std::string_view text);
 
 /// A whole text that is one decimal number ("-1.5e3", "+2", ".5"); infinities and NaN are numbers here. Independent of
 /// the locale. Too small for a double is 0; too large is infinite.
 std::optional<double> parse_number(std::string_view text);
-
-/// Text as a YAML scalar: plain where it cannot be read as anything else.
-std::string yaml_scalar(const std::string& text);
 
 /// Shortest decimal form that reads back to the same bits.
 std::string format_number(double value);

@@ -4,8 +4,8 @@
 base_packages=(
   build-essential cmake ninja-build ccache pkg-config git ca-certificates
   libeigen3-dev libboost-dev libceres-dev libcli11-dev libfmt-dev libgmock-dev libgtest-dev liblz4-dev libmatio-dev
-  libpagmo-dev libpng-dev libspdlog-dev libsqlite3-dev libssl-dev liburdfdom-dev libxsimd-dev libyaml-cpp-dev libzstd-dev
-  nlohmann-json3-dev
+  libpagmo-dev libpng-dev librandom123-dev libspdlog-dev libsqlite3-dev libssl-dev libtbb-dev libtinyxml2-dev
+  liburdfdom-dev libxsimd-dev libyaml-cpp-dev libzstd-dev nlohmann-json3-dev
   libjs-dygraphs
 )
 # The other engines, pictures, meshes, benchmarks, runs over several machines and the Python module: what `minimal` does without.

@@ -18,6 +18,7 @@
 
 #include "backends/registry.h"
 #include "scenarios/error.h"
+#include "scenarios/xml_writer.h"
 
 namespace lacuna {
 namespace {
@@ -40,21 +41,18 @@ constexpr std::array<Integrator, 3> integrators = {
 constexpr int disabled = mjDSBL_CONSTRAINT | mjDSBL_EQUALITY | mjDSBL_FRICTIONLOSS | mjDSBL_LIMIT | mjDSBL_CONTACT |
                          mjDSBL_PASSIVE | mjDSBL_CLAMPCTRL | mjDSBL_WARMSTART | mjDSBL_ACTUATION | mjDSBL_SENSOR;
 
-std::string numbers(const Eigen::Vector3d& v) { return fmt::format("{} {} {}", v.x(), v.y(), v.z()); }
-
 // The inertial is a placeholder: off the body's origin and rotated by nothing, so that the compiler takes no shortcut
 // (mjModel::body_simple) that another inertial would make wrong.
-void append_body(const Robot& robot, const std::vector<std::vector<int>>& children, int body, std::string& xml) {
+void put_body(XmlWriter& xml, const Robot& robot, const std::vector<std::vector<int>>& children, int body) {
   const Joint& joint = robot.joints()[static_cast<std::size_t>(body)];
   const Eigen::Quaterniond turn(joint.origin.linear());
-  xml += fmt::format(
-      "<body name=\"b{0}\" pos=\"{1}\" quat=\"{2} {3} {4} {5}\">"
-      "<inertial pos=\"0.1 0.2 0.3\" mass=\"1\" diaginertia=\"1 1.5 2\"/>"
-      "<joint name=\"j{0}\" type=\"{6}\" axis=\"{7}\"/>\n",
-      body, numbers(joint.origin.translation()), turn.w(), turn.x(), turn.y(), turn.z(),
-      joint.prismatic() ? "slide" : "hinge", numbers(joint.axis));
-  for (int child : children[static_cast<std::size_t>(body)]) append_body(robot, children, child, xml);
-  xml += "</body>\n";
+  xml.open("body").set("name", fmt::format("b{}", body)).set("pos", joint.origin.translation());
+  xml.set("quat", {turn.w(), turn.x(), turn.y(), turn.z()});
+  xml.open("inertial").set("pos", {0.1, 0.2, 0.3}).set("mass", 1.0).set("diaginertia", {1.0, 1.5, 2.0}).close();
+  xml.open("joint").set("name", fmt::format("j{}", body)).set("type", joint.prismatic() ? "slide" : "hinge");
+  xml.set("axis", joint.axis).close();
+  for (int child : children[static_cast<std::size_t>(body)]) put_body(xml, robot, children, child);
+  xml.close();
 }
 
 std::string mjcf(const Robot& robot) {
@@ -63,11 +61,12 @@ std::string mjcf(const Robot& robot) {
     const int parent = robot.joints()[static_cast<std::size_t>(i)].parent;
     if (parent >= 0) children[static_cast<std::size_t>(parent)].push_back(i);
   }
-  std::string xml = "<mujoco><compiler angle=\"radian\"/><worldbody>\n";
+  XmlWriter xml;
+  xml.open("mujoco").open("compiler").set("angle", "radian").close().open("worldbody");
   for (int i = 0; i < robot.dof(); ++i) {
-    if (robot.joints()[static_cast<std::size_t>(i)].parent < 0) append_body(robot, children, i, xml);
+    if (robot.joints()[static_cast<std::size_t>(i)].parent < 0) put_body(xml, robot, children, i);
   }
-  return xml + "</worldbody></mujoco>\n";
+  return xml.close().close().str();
 }
 
 // Loading uses MuJoCo's globals (the last XML, the warning handler), so one thread at a time.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scenarios/robot.h"
+#include "scenarios/yaml_writer.h"
 
 namespace lacuna::generate {
 
@@ -33,6 +34,8 @@ std::shared_ptr<const Robot> chain(int links);
 /// The seed's arm whose last link carries a load off its axis, with principal axes askew.
 std::shared_ptr<const Robot> skew_arm();
 
+/// Ends the scenario's map and adds its text.
+void add(Files& files, const std::string& name, YamlWriter& yaml);
 /// URDF text with a comment at its head.
 std::string commented_urdf(const Robot& robot, const std::string& comment);
 /// CSV of one of the excitations (steps, multisine, staircase, triangle, chirp) or of one step at all joints ("step")
@@ -46,7 +49,15 @@ struct Source {
 /// Where identification of the seven-function arm starts.
 const std::vector<Source>& start_sources();
 /// The scenario's `actuators` for joint_`first` and on.
-std::string actuators(const std::vector<Source>& sources, std::size_t first = 1);
+void put_actuators(YamlWriter& yaml, const std::vector<Source>& sources, std::size_t first = 1);
+/// Of one joint, into `actuators`.
+void put_source(YamlWriter& yaml, const std::string& joint, const Source& source);
+/// `command: {joint_1: {column: u_1, unit: V}, ...}`, into `channels`, a line a joint.
+void put_commands(YamlWriter& yaml, const std::vector<int>& joints);
+/// `relative_bounds` of the parameter, into `identify`.
+void put_factors(YamlWriter& yaml, const char* parameter, double least, double most);
+/// Where comments stand in the bundled scenarios.
+constexpr std::size_t kCommentColumn = 31;
 
 void add_robots(Files& files);
 void add_scenarios(Files& files);

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "scenarios/generate/bundle.h"
-#include "scenarios/scenario.h"
+#include "scenarios/urdf_write.h"
 
 namespace lacuna::generate {
 namespace {
@@ -123,11 +123,9 @@ Link rod(const std::string& name, int body, double mass, double length, double d
 }  // namespace
 
 std::string commented_urdf(const Robot& robot, const std::string& comment) {
-  std::string text = to_urdf(robot);
-  const std::string first = "<?xml version='1.0'?>\n";
-  return text.insert(
-      first.size(),
-      "<!-- " + comment + "\n     Written by lacuna_generate_scenarios; change scenarios/generate/robots.cc. -->\n");
+  const std::string text =
+      comment + "\n     Written by lacuna_generate_scenarios; change scenarios/generate/robots.cc.";
+  return lacuna::commented_urdf(robot, {}, std::span(&text, 1));
 }
 
 std::shared_ptr<const Robot> hydrolek() {

@@ -193,7 +193,7 @@ TEST_F(Meshes, ChangeNothingButThePicture) {
   EXPECT_EQ(drawn->tool().point, plain->tool().point);
   EXPECT_EQ(drawn->tool().point, Eigen::Vector3d(0.6, 0, 0)) << "twice the centre of mass, as without visuals";
   EXPECT_EQ(to_urdf(*drawn), to_urdf(*plain));
-  EXPECT_THAT(to_urdf(*plain), HasSubstr("<mesh filename='box.stl'")) << "an exported robot still names its meshes";
+  EXPECT_THAT(to_urdf(*plain), HasSubstr("<mesh filename=\"box.stl\"")) << "an exported robot still names its meshes";
 }
 
 }  // namespace
