@@ -1,14 +1,17 @@
 #include "scenarios/files.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
-#include <fstream>
+#include <functional>
 #include <memory>
 #include <system_error>
 
@@ -29,6 +32,46 @@ std::string kind_of(fs::file_type type) {
     case fs::file_type::block: return "a device";
     default: return "something that is no regular file";
   }
+}
+
+std::error_code last_error() { return {errno, std::generic_category()}; }
+
+[[noreturn]] void fail_to_write(const fs::path& file, const std::error_code& error) {
+  throw WriteError("cannot write " + printable(file.string()) + ": " + error.message());
+}
+
+fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
+
+/// Closes on every way out; a disk may say only then that it is full.
+std::error_code write_out(const fs::path& file, int mode, const std::string& text, bool synced) {
+  const int out = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666);
+  if (out < 0) return last_error();
+  std::error_code error;
+  for (std::size_t written = 0; written < text.size() && !error;) {
+    const ssize_t n = ::write(out, text.data() + written, text.size() - written);
+    if (n >= 0)
+      written += static_cast<std::size_t>(n);
+    else if (errno != EINTR)
+      error = last_error();
+  }
+  if (!error && synced && ::fsync(out) != 0) error = last_error();
+  if (::close(out) != 0 && !error) error = last_error();
+  return error;
+}
+
+/// Has a file made beside `file`, then renames it; where either fails, all is as it was.
+void replace_file(const fs::path& file, const std::function<std::error_code(const fs::path& part)>& make) {
+  static std::atomic<unsigned> counter{0};
+  std::error_code error, ignored;
+  fs::create_directories(folder_of(file), ignored);  // without it, making the file says why
+  remove_leftovers(file);
+  fs::path part = file;
+  part += fmt::format(".{}.{}.part", ::getpid(), counter++);
+  error = make(part);
+  if (!error) fs::rename(part, file, error);
+  if (!error) return;
+  fs::remove(part, ignored);
+  fail_to_write(file, error);
 }
 
 }  // namespace
@@ -60,24 +103,40 @@ std::string read_text_file(const fs::path& file, const std::string& shown, const
   return text;
 }
 
-void write_file_atomically(const fs::path& file, const std::string& text) {
-  static std::atomic<unsigned> counter{0};
-  fs::path part = file;
-  part += fmt::format(".{}.{}.part", ::getpid(), counter++);
-  std::error_code error;
-  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
-  std::ofstream out(part, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
-  if (out) {
-    error.clear();
-    fs::rename(part, file, error);
-    if (!error) return;
-  }
+void write_file_atomically(const fs::path& file, const std::string& text, bool synced) {
+  replace_file(file, [&](const fs::path& part) { return write_out(part, O_TRUNC, text, synced); });
+}
+
+void copy_file_atomically(const fs::path& source, const fs::path& target) {
+  replace_file(target, [&](const fs::path& part) {
+    std::error_code error;
+    fs::copy_file(source, part, error);
+    return error;
+  });
+}
+
+void append_to_file(const fs::path& file, const std::string& text) {
+  if (const std::error_code error = write_out(file, O_APPEND, text, false)) fail_to_write(file, error);
+}
+
+void remove_leftovers(const fs::path& file) {
+  const std::string begin = file.filename().string() + ".", end = ".part";
   std::error_code ignored;
-  fs::remove(part, ignored);
-  throw WorkError("cannot write " + printable(file.string()) + ": " +
-                  (error ? error.message() : std::string(std::strerror(errno))));
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_of(file), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(begin) || !name.ends_with(end)) continue;
+    const long writer = std::strtol(name.c_str() + begin.size(), nullptr, 10);
+    if (writer > 0 && ::kill(static_cast<pid_t>(writer), 0) != 0 && errno == ESRCH) fs::remove(entry.path(), ignored);
+  }
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error && !fs::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
+  if (error) throw WriteError("cannot make the folder " + printable(folder.string()) + ": " + error.message());
+  // Asks the system rather than the modes: a mounted image may be read-only whatever they say.
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) fail_to_write(folder, last_error());
 }
 
 bool inside(const fs::path& folder, const fs::path& path) {
