@@ -68,6 +68,10 @@ void Program::interrupt() const {
   if (process_ > 0) ::kill(process_, SIGINT);  // -1 would mean every process
 }
 
+void Program::kill() const {
+  if (process_ > 0) ::kill(process_, SIGKILL);
+}
+
 bool Program::running() {
   if (process_ > 0 && ::waitpid(process_, &status_, WNOHANG) == process_) process_ = -1;
   return process_ > 0;
