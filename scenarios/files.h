@@ -25,8 +25,8 @@ std::string read_text_file(const std::filesystem::path& file, const std::string&
                            std::uintmax_t max_bytes);
 
 /// Writes beside `file` and renames, so that readers see the old text or the new one; on a full disk the old one stays.
-/// `synced`: a loss of power leaves no torn file either. Makes missing folders. Throws WriteError, naming the file and the
-/// system's reason.
+/// `synced`: a loss of power leaves no torn file either. Makes missing folders. Throws WriteError, naming the file and
+/// the system's reason.
 void write_file_atomically(const std::filesystem::path& file, const std::string& text, bool synced = false);
 
 /// The same with a copy of `source`.
