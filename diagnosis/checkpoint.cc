@@ -101,6 +101,7 @@ DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string
     if (whole.at("format") != kDiagnosisCheckpoint) throw std::runtime_error("format");
     found = std::move(whole.at("content"));
     if (whole.at("checksum") != checksum(found.dump())) throw std::runtime_error("checksum");
+    found.at("rounds").size();
   } catch (const std::exception&) {
     throw InputError(file_.string(), "no readable checkpoint",
                      "one that this program wrote; delete the file to start anew");

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <functional>
 #include <memory>
+#include <string_view>
 #include <system_error>
 
 #include "scenarios/error.h"
@@ -42,21 +43,32 @@ std::error_code last_error() { return {errno, std::generic_category()}; }
 
 fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
 
-/// Closes on every way out; a disk may say only then that it is full.
-std::error_code write_out(const fs::path& file, int mode, const std::string& text, bool synced) {
+std::error_code write_all(int out, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t n = ::write(out, text.data(), text.size());
+    if (n < 0 && errno != EINTR) return last_error();
+    if (n > 0) text.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return {};
+}
+
+/// Opens the file, has it filled, and closes it: a disk may say only then that it is full.
+std::error_code write_out(const fs::path& file, int mode, const std::function<std::error_code(int out)>& fill) {
   const int out = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0666);
   if (out < 0) return last_error();
-  std::error_code error;
-  for (std::size_t written = 0; written < text.size() && !error;) {
-    const ssize_t n = ::write(out, text.data() + written, text.size() - written);
-    if (n >= 0)
-      written += static_cast<std::size_t>(n);
-    else if (errno != EINTR)
-      error = last_error();
-  }
-  if (!error && synced && ::fsync(out) != 0) error = last_error();
+  std::error_code error = fill(out);
   if (::close(out) != 0 && !error) error = last_error();
   return error;
+}
+
+/// Not std::filesystem::copy_file, whose reason for a full disk is "Input/output error".
+std::error_code copy_all(const fs::path& source, int out) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(source.c_str(), "rb"), &std::fclose);
+  if (!in) return last_error();
+  std::string block(std::size_t{1} << 20, '\0');
+  while (const std::size_t n = std::fread(block.data(), 1, block.size(), in.get()))
+    if (const std::error_code error = write_all(out, std::string_view(block).substr(0, n))) return error;
+  return std::ferror(in.get()) != 0 ? std::make_error_code(std::errc::io_error) : std::error_code();
 }
 
 /// Has a file made beside `file`, then renames it; where either fails, all is as it was.
@@ -104,19 +116,23 @@ std::string read_text_file(const fs::path& file, const std::string& shown, const
 }
 
 void write_file_atomically(const fs::path& file, const std::string& text, bool synced) {
-  replace_file(file, [&](const fs::path& part) { return write_out(part, O_TRUNC, text, synced); });
+  replace_file(file, [&](const fs::path& part) {
+    return write_out(part, O_TRUNC, [&](int out) {
+      const std::error_code error = write_all(out, text);
+      return !error && synced && ::fsync(out) != 0 ? last_error() : error;
+    });
+  });
 }
 
 void copy_file_atomically(const fs::path& source, const fs::path& target) {
   replace_file(target, [&](const fs::path& part) {
-    std::error_code error;
-    fs::copy_file(source, part, error);
-    return error;
+    return write_out(part, O_TRUNC, [&](int out) { return copy_all(source, out); });
   });
 }
 
 void append_to_file(const fs::path& file, const std::string& text) {
-  if (const std::error_code error = write_out(file, O_APPEND, text, false)) fail_to_write(file, error);
+  const std::error_code error = write_out(file, O_APPEND, [&](int out) { return write_all(out, text); });
+  if (error) fail_to_write(file, error);
 }
 
 void remove_leftovers(const fs::path& file) {

@@ -76,6 +76,7 @@ std::string StudyRunner::read_checkpoint() const {
       if (!entry.is_object()) break;  // cut off by a crash
       try {
         run_from(entry);
+        entry.at("key").get<std::string>();
       } catch (const std::exception&) {
         break;
       }

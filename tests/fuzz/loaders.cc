@@ -96,6 +96,7 @@ constexpr char kDb3[] = "run.db3", kMcap[] = "run.mcap";
 
 void prepare_scenario(const fs::path& folder) {
   fs::copy_file(kRoot / "scenarios/hydrolek/seed_table1.urdf", folder / "robot.urdf");
+  fs::copy_file(kRoot / "scenarios/pendulum/pendulum.urdf", folder / "pendulum.urdf");
   write(folder / "run.csv", "t,u_1,u_2,q_1,q_2\n0,1,2,3,4\n0.01,1,2,3,4\n0.02,1,2,3,4\n0.03,1,2,3,4\n");
   fs::copy_file(folder / "run.csv", folder / "other.csv");
   write(folder / "more.csv", "s,p\n0.5,1\n0.51,2\n0.55,3\n");

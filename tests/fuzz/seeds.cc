@@ -86,7 +86,7 @@ effects:
   - {effect: learned_command, where: joint_1, events: [{recording: run.csv, from: 0.01, to: 0.03, value: 0}]}
 prediction: {horizon: 0.2}
 )",
-          read(kRoot / "scenarios/hydrolek/scenario.yaml"), read(kRoot / "scenarios/pendulum/scenario.yaml")};
+          read(kRoot / "scenarios/pendulum/scenario.yaml")};
 }
 
 std::vector<std::string> seeds_of_urdf() {
