@@ -103,17 +103,16 @@ TEST_P(Killed, ItResumesToTheSameFiles) {
   EXPECT_GT(killed, 0) << "always done before the kill";
 }
 
-INSTANTIATE_TEST_SUITE_P(Commands, Killed,
-                         testing::Values(Command{"identify",
-                                                 {"identify", "ARM", "--population", "20", "--generations", "60"}},
-                                         Command{"diagnose",
-                                                 {"diagnose", "ARM", "--no-engines", "--no-pictures", "--population",
-                                                  "20", "--generations", "5"}},
-                                         Command{"study",
-                                                 {"study", "ARM", "--parts", "grid", "--seeds", "2", "--population",
-                                                  "14", "--generations", "10"}},
-                                         Command{"blind", {"blind", "CASES", "--quick"}}),
-                         [](const auto& one) { return one.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Commands, Killed,
+    testing::Values(
+        Command{"identify", {"identify", "ARM", "--no-pictures", "--population", "20", "--generations", "60"}},
+        Command{"diagnose",
+                {"diagnose", "ARM", "--no-engines", "--no-pictures", "--population", "20", "--generations", "5"}},
+        Command{"study",
+                {"study", "ARM", "--parts", "grid", "--seeds", "2", "--population", "14", "--generations", "10"}},
+        Command{"blind", {"blind", "CASES", "--quick"}}),
+    [](const auto& one) { return one.param.name; });
 
 }  // namespace
 }  // namespace lacuna::test
