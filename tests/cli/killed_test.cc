@@ -17,7 +17,7 @@ constexpr int kKills = 4;
 
 /// A report without what the clock says: its date and its durations.
 std::string without_clock_text(const std::string& page) {
-  static const std::regex clock(R"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ|<dd>[\d.]+ (ms|s|min|h)( [\d.]+ (s|min))?</dd>)");
+  static const std::regex clock(R"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ|[\d.]+ (ms|s|min|h)( of computing)?</(dd|td)>)");
   return std::regex_replace(page, clock, "");
 }
 
@@ -98,7 +98,9 @@ TEST_P(Killed, ItResumesToTheSameFiles) {
     killed += killed_after(arguments, parts, moment) ? 1 : 0;
     const Outcome resumed = lacuna(arguments, parts);
     ASSERT_EQ(resumed.code, 0) << resumed.err;
-    EXPECT_EQ(results_of(parts), expected) << "killed at " << share << " of the run";
+    const auto left = results_of(parts);
+    EXPECT_EQ(left.size(), expected.size());
+    for (const auto& [name, text] : left) EXPECT_TRUE(expected.count(name) && expected.at(name) == text) << name;
   }
   EXPECT_GT(killed, 0) << "always done before the kill";
 }
