@@ -109,7 +109,7 @@ nlohmann::json json_file(const fs::path& file) { return nlohmann::json::parse(te
 
 nlohmann::json without_clock(nlohmann::json record) {
   if (record.is_object()) {
-    for (const char* key : {"seconds", "run_seconds", "context"}) record.erase(key);
+    for (const char* key : {"seconds", "run_seconds", "longest_seconds", "context"}) record.erase(key);
     for (auto& [key, value] : record.items()) value = without_clock(value);
   } else if (record.is_array()) {
     for (auto& value : record) value = without_clock(value);
