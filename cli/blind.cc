@@ -79,6 +79,7 @@ std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& fl
   make_parent_folder(folder / "diagnosis.json");
   const Diagnosis diagnosis = run_diagnosis(session, flags, scenario, folder, progress);
   if (!session.first()) return std::nullopt;
+  fs::remove(folder / "input.txt");  // until the verdict is whole, it is nobody's
   write_diagnosis_report(folder, scenario, diagnosis, session.context(), {});
   write_file_atomically(folder / "input.txt", key);
   DiagnosisCheckpoint::remove(folder / "checkpoint.json");
@@ -106,6 +107,8 @@ std::vector<BlindCase> give_verdicts(Session& session, const DiagnoseFlags& flag
     } catch (const Interrupted&) {
       session.checkpoints.insert(session.checkpoints.end(), done.begin(), done.end());
       throw;
+    } catch (const WriteError&) {
+      throw;  // the next case could not be written either
     } catch (const std::exception& error) {
       one.error = error.what();
       spdlog::warn("{}: {}", printable(one.name), printable(one.error, 500));

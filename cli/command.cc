@@ -4,11 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <iostream>
 
 #include "backends/engine.h"
 #include "scenarios/error.h"
+#include "scenarios/files.h"
 #include "scenarios/text.h"
 
 namespace lacuna {
@@ -63,12 +66,13 @@ const StopFlag& watch_signals() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file larger than `ulimit -f` allows is an error of the writing, not our end
   return stop;
 }
 
 void print(const std::string& text) {
   std::cout << text << std::flush;
-  if (!std::cout) throw WorkError("cannot write to standard output");
+  if (!std::cout) throw WriteError(std::string("cannot write to standard output: ") + std::strerror(errno));
 }
 
 void log_notes(const std::vector<std::string>& notes) {
@@ -76,11 +80,8 @@ void log_notes(const std::vector<std::string>& notes) {
 }
 
 fs::path Session::output_folder(const Scenario& scenario) const {
-  fs::path folder = output.empty() ? fs::path("out") / file_name(scenario.name) : fs::path(output);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error || !fs::is_directory(folder))
-    throw WorkError("cannot make the folder " + quoted(folder.string()) + (error ? ": " + error.message() : ""));
+  const fs::path folder = output.empty() ? fs::path("out") / file_name(scenario.name) : fs::path(output);
+  make_folder(folder);
   return folder;
 }
 
@@ -94,10 +95,7 @@ std::string file_name(const std::string& text) {
 }
 
 void make_parent_folder(const fs::path& file) {
-  if (!file.has_parent_path()) return;
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  if (error) throw WorkError("cannot make the folder " + quoted(file.parent_path().string()) + ": " + error.message());
+  make_folder(file.has_parent_path() ? file.parent_path() : fs::path("."));
 }
 
 void refuse_overwriting(const fs::path& source, const fs::path& target) {

@@ -34,7 +34,7 @@ struct Session {
   /// Whether this process writes and prints; the other ranks compute only.
   bool first() const { return ranks == nullptr || ranks->first(); }
 
-  /// `-o`, else out/<scenario's name>; created. Throws WorkError.
+  /// `-o`, else out/<scenario's name>; created. Throws WriteError where nothing can be written there.
   std::filesystem::path output_folder(const Scenario& scenario) const;
   Context context() const { return make_context(seed, threads, command_line, ranks ? ranks->size() : 1); }
 };
@@ -56,14 +56,14 @@ const StopFlag& watch_signals();
 /// From here on stop_flag() is the ranks', which must stay.
 void stop_with(const Ranks& ranks);
 
-/// Text on standard output. Throws WorkError where it cannot be written.
+/// Text on standard output. Throws WriteError where it cannot be written.
 void print(const std::string& text);
 /// What loading noticed, to the log.
 void log_notes(const std::vector<std::string>& notes);
 
 /// A file name made of a user's text: letters, digits, '.', '_', '-'; never hidden, never empty.
 std::string file_name(const std::string& text);
-/// Creates the folder of `file` where it is missing. Throws WorkError.
+/// Creates the folder of `file` where it is missing. Throws WriteError where nothing can be written there.
 void make_parent_folder(const std::filesystem::path& file);
 /// Throws InputError where `target` is `source` itself, which the command only reads.
 void refuse_overwriting(const std::filesystem::path& source, const std::filesystem::path& target);

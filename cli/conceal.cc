@@ -68,8 +68,10 @@ ConcealOptions understood(const Session& session, const ConcealFlags& flags) {
   return out;
 }
 
+/// One that was cut short has no scenario yet: it is made anew.
 void refuse_sealed(const fs::path& folder) {
   std::error_code ignored;
+  if (!fs::exists(folder / "scenario.yaml", ignored)) return;
   if (fs::exists(folder / "label.sha256", ignored) || fs::exists(folder / "label.json", ignored))
     throw InputError("--output", quoted(folder.string()) + ", which holds a sealed case", "another folder");
 }
@@ -184,13 +186,13 @@ void run(Session& session, const ConcealFlags& flags) {
   const fs::path folder = session.output;
   refuse_sealed(folder);
   refuse_overwriting(scenario.file, folder / "scenario.yaml");
+  session.output_folder(scenario);
   Concealment made;
   {
     ProgressLine progress("moving the true machine");
     progress.update("moving the true machine", 0.0);
     made = conceal(scenario, options);
   }
-  session.output_folder(scenario);
   report(session, folder, made, write_case(folder, scenario, made, options));
 }
 

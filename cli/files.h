@@ -13,7 +13,7 @@ namespace lacuna {
 
 /// Writes `scenario` (with identified values put in) as `folder/yaml_name`, its robot with `link_masses` beside it as
 /// <robot>.identified.urdf, and copies of the recordings, so that it runs again as it is. `source` is the scenario as
-/// loaded. Returns the names of the files written, recordings left out. Throws WorkError.
+/// loaded. Returns the names of the files written, recordings left out. Throws WriteError.
 std::vector<std::string> write_model_files(const std::filesystem::path& folder, const std::string& yaml_name,
                                            const Scenario& source, Scenario scenario,
                                            std::span<const double> link_masses);

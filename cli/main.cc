@@ -125,7 +125,9 @@ Ending read_command_line(int argc, char** argv, CLI::App& app, Session& session)
     if (error.get_exit_code() != 0)
       return {kBadInput,
               std::string(error.what()) + "; `lacuna --help` and `lacuna COMMAND --help` list what there is"};
-    if (session.first()) app.exit(error);  // --help, --version
+    if (!session.first()) return {};
+    app.exit(error);  // --help, --version
+    print("");        // says where that could not be written
   }
   return {};
 }

@@ -15,7 +15,7 @@ namespace lacuna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/4";
+constexpr const char* kDiagnosisCheckpoint = "lacuna-diagnosis-checkpoint/5";
 
 Json exact(const std::vector<double>& values) {
   Json out = Json::array();
@@ -92,19 +92,21 @@ struct DiagnosisCheckpoint::Content {
 
 DiagnosisCheckpoint::DiagnosisCheckpoint(std::filesystem::path file, std::string problem, bool writes)
     : file_(std::move(file)), writes_(writes), content_(std::make_unique<Content>()) {
-  content_->json = {{"format", kDiagnosisCheckpoint}, {"problem", problem}, {"rounds", Json::array()}};
+  content_->json = {{"problem", problem}, {"rounds", Json::array()}};
   if (file_.empty() || !std::filesystem::exists(file_)) return;
   Json found;
   try {
     std::ifstream in(file_);
-    found = Json::parse(in);
-    if (found.at("format") != kDiagnosisCheckpoint) throw std::runtime_error("format");
+    Json whole = Json::parse(in);
+    if (whole.at("format") != kDiagnosisCheckpoint) throw std::runtime_error("format");
+    found = std::move(whole.at("content"));
+    if (whole.at("checksum") != checksum(found.dump())) throw std::runtime_error("checksum");
     found.at("rounds").size();
   } catch (const std::exception&) {
     throw InputError(file_.string(), "no readable checkpoint",
                      "one that this program wrote; delete the file to start anew");
   }
-  if (found.at("problem") != problem) {
+  if (found.value("problem", Json()) != problem) {
     throw InputError(file_.string(), "the checkpoint of another scenario, recording or option",
                      "one of this command; delete the file or name another output folder");
   }
@@ -242,19 +244,21 @@ void DiagnosisCheckpoint::store_sets(const std::string& which, const PlantModel&
 }
 
 void DiagnosisCheckpoint::write() const {
-  if (writes_ && !file_.empty()) write_file_atomically(file_, content_->json.dump());
+  if (!writes_ || file_.empty()) return;
+  const Json whole{
+      {"format", kDiagnosisCheckpoint}, {"checksum", checksum(content_->json.dump())}, {"content", content_->json}};
+  write_file_atomically(file_, whole.dump());
 }
 
 void DiagnosisCheckpoint::remove(const std::filesystem::path& file) {
+  const auto beside = [&](const std::string& end) { return std::filesystem::path(file).replace_extension(end); };
+  const auto part = [&](int k) { return beside(fmt::format(".part_{}.json", k)); };
+  // This file last, the last part first: a removal that is cut short can be done again.
+  int parts = 0;
+  while (std::filesystem::exists(part(parts))) ++parts;
+  while (parts-- > 0) remove_checkpoint(part(parts));
+  remove_checkpoint(beside(".search.json"));
   remove_checkpoint(file);
-  std::filesystem::path part = file;
-  remove_checkpoint(part.replace_extension(".search.json"));
-  for (int k = 0;; ++k) {
-    part = file;
-    part.replace_extension(fmt::format(".part_{}.json", k));
-    if (!std::filesystem::exists(part)) return;
-    remove_checkpoint(part);
-  }
 }
 
 }  // namespace lacuna

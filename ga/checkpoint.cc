@@ -1,19 +1,15 @@
 #include "ga/checkpoint.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <system_error>
 
 #include "scenarios/error.h"
+#include "scenarios/files.h"
 
 namespace lacuna {
 namespace {
@@ -77,13 +73,6 @@ Checkpoint checkpoint_from(const json& state) {
   return checkpoint;
 }
 
-/// FNV-1a, 64 bits, over the compact text: finds damage, not intent.
-std::string checksum(const json& content) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : content.dump()) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return fmt::format("{:016x}", hash);
-}
-
 /// Refuses the first difference between the run in the file and the run that wants to resume.
 void require_same(const std::string& file, const json& found, const json& expected) {
   for (const auto& [key, value] : expected.items()) {
@@ -100,41 +89,6 @@ void require_same(const std::string& file, const json& found, const json& expect
                        option + " = " + quoted(setting.dump()) + "; remove the file to start anew");
     }
   }
-}
-
-[[noreturn]] void fail(const std::filesystem::path& file, const char* action) {
-  const int error = errno;
-  throw WorkError(
-      fmt::format("{}: cannot {} the checkpoint: {}", file.string(), action, std::generic_category().message(error)));
-}
-
-/// A file descriptor that is closed on every way out.
-struct Descriptor {
-  int value;
-  explicit Descriptor(int descriptor) : value(descriptor) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (value >= 0) ::close(value);
-  }
-};
-
-void write_synced(const std::filesystem::path& file, const std::string& text) {
-  const Descriptor out(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-  if (out.value < 0) fail(file, "create");
-  for (std::size_t written = 0; written < text.size();) {
-    const ssize_t n = ::write(out.value, text.data() + written, text.size() - written);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(file, "write");
-    written += static_cast<std::size_t>(n);
-  }
-  if (::fsync(out.value) != 0) fail(file, "sync");
-}
-
-/// Makes the renaming itself survive a crash. Some file systems cannot sync a folder; that is not an error.
-void sync_folder(const std::filesystem::path& folder) {
-  const Descriptor in(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (in.value >= 0) ::fsync(in.value);
 }
 
 }  // namespace
@@ -157,14 +111,16 @@ double exact_number(const std::string& text) {
   return negative ? -value : value;
 }
 
+std::string checksum(const std::string& text) {
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, 64 bits
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return fmt::format("{:016x}", hash);
+}
+
 void save_checkpoint(const std::filesystem::path& file, const RunIdentity& identity, const Checkpoint& checkpoint) {
   const json content = {{"run", to_json(identity)}, {"state", to_json(checkpoint)}};
-  const json whole = {{"format", format_name}, {"checksum", checksum(content)}, {"content", content}};
-  std::filesystem::path beside = file;
-  beside += ".tmp";
-  write_synced(beside, whole.dump() + "\n");
-  if (::rename(beside.c_str(), file.c_str()) != 0) fail(file, "replace");
-  sync_folder(file.parent_path());
+  const json whole = {{"format", format_name}, {"checksum", checksum(content.dump())}, {"content", content}};
+  write_file_atomically(file, whole.dump() + "\n", true);
 }
 
 std::optional<Checkpoint> load_checkpoint(const std::filesystem::path& file, const RunIdentity& identity) {
@@ -181,7 +137,7 @@ std::optional<Checkpoint> load_checkpoint(const std::filesystem::path& file, con
       throw InputError(where, "format " + quoted(whole.at("format").dump()), format_name);
     }
     const json& content = whole.at("content");
-    if (whole.at("checksum") != checksum(content)) {
+    if (whole.at("checksum") != checksum(content.dump())) {
       throw InputError(where, "a damaged checkpoint (checksum)", "a whole one; remove the file to start anew");
     }
     require_same(where, content.at("run"), to_json(identity));
@@ -200,6 +156,7 @@ std::optional<Checkpoint> load_checkpoint(const std::filesystem::path& file, con
 void remove_checkpoint(const std::filesystem::path& file) {
   std::error_code ignored;
   std::filesystem::remove(file, ignored);
+  remove_leftovers(file);
 }
 
 }  // namespace lacuna

@@ -35,16 +35,19 @@ struct Checkpoint {
 std::string exact_text(double value);
 /// The double that it stands for. Throws std::runtime_error where it is none.
 double exact_number(const std::string& text);
+/// Of a checkpoint's compact text: finds damage, not intent.
+std::string checksum(const std::string& text);
 
 /// Writes to a file beside it, syncs and renames: a reader, also after a crash, sees the old or the new file, whole.
-/// Throws WorkError, naming the file and the system's reason.
+/// Throws WriteError, naming the file and the system's reason.
 void save_checkpoint(const std::filesystem::path& file, const RunIdentity& identity, const Checkpoint& checkpoint);
 
 /// Nothing if the file does not exist. Throws InputError if it is damaged, of another optimiser, box, problem or option
 /// (naming which), or not readable.
 std::optional<Checkpoint> load_checkpoint(const std::filesystem::path& file, const RunIdentity& identity);
 
-/// For callers to call once their result is safe elsewhere. No error if there is no such file.
+/// For callers to call once their result is safe elsewhere; with what killed runs left beside it. No error if there is
+/// no such file.
 void remove_checkpoint(const std::filesystem::path& file);
 
 }  // namespace lacuna

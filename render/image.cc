@@ -1,17 +1,15 @@
 #include "render/image.h"
 
 #include <png.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 
 #include "scenarios/error.h"
+#include "scenarios/files.h"
 
 namespace lacuna {
 namespace {
@@ -75,18 +73,7 @@ std::vector<std::uint8_t> encode_png(const Image& image) {
 
 void write_png(const std::filesystem::path& file, const Image& image) {
   const std::vector<std::uint8_t> bytes = encode_png(image);
-  std::filesystem::path part = file;
-  part += ".part" + std::to_string(::getpid());
-  std::ofstream out(part, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(part, file, error);
-  if (!out || error) {
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
-    throw WorkError(file.string() + ": could not be written" + (error ? " (" + error.message() + ")" : ""));
-  }
+  write_file_atomically(file, std::string(bytes.begin(), bytes.end()));
 }
 
 Image read_png(const std::filesystem::path& file) {

@@ -26,7 +26,7 @@ struct Image {
 /// The bytes of a PNG file, 8 bit RGB. Throws std::invalid_argument for an Image that breaks its own rules.
 std::vector<std::uint8_t> encode_png(const Image& image);
 
-/// Writes `file` whole or not at all: a neighbour file is written first, then renamed. Throws WorkError.
+/// Writes `file` whole or not at all: a neighbour file is written first, then renamed. Throws WriteError.
 void write_png(const std::filesystem::path& file, const Image& image);
 
 /// Any PNG, reduced to 8 bit RGB (transparency over white). Throws InputError for what is not one, or is too large.

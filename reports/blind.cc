@@ -33,6 +33,8 @@ Json parse(std::string_view text, const std::string& shown, const std::string& w
     return out;
   } catch (const Json::parse_error& error) {
     refuse(shown, "no JSON at byte " + std::to_string(error.byte), what);
+  } catch (const Json::out_of_range&) {
+    refuse(shown, "a number that is too large", what);
   }
 }
 

@@ -49,7 +49,7 @@ std::string to_json(const Comparison& comparison, const Baseline& baseline, cons
 std::string comparison_page(const Comparison& comparison, const Baseline& baseline, const Context& context,
                             std::span<const Picture> pictures);
 
-/// `compare.json` and `report.html` in `folder`, created where it is missing. Throws WorkError.
+/// `compare.json` and `report.html` in `folder`, created where it is missing. Throws WriteError.
 void write_comparison_report(const std::filesystem::path& folder, const Comparison& comparison,
                              const Baseline& baseline, const Context& context, std::span<const Picture> pictures);
 

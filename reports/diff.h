@@ -15,7 +15,7 @@ std::string to_json(const Diff& diff, const Context& context);
 /// The page alone. `scenario`: of either set, for units.
 std::string diff_page(const Scenario& scenario, const Diff& diff, const Context& context);
 
-/// `diff.json` and `report.html` in `folder`, each whole or not at all. Throws WorkError.
+/// `diff.json` and `report.html` in `folder`, each whole or not at all. Throws WriteError.
 void write_diff_report(const std::filesystem::path& folder, const Scenario& scenario, const Diff& diff,
                        const Context& context);
 

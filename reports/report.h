@@ -26,8 +26,8 @@ std::string fit_page(const Scenario& scenario, std::span<const FitResult> fits, 
                      std::span<const Picture> pictures, std::span<const Trace> traces = {});
 
 /// `diagnosis.json` and `report.html` in `folder`, created where it is missing, each whole or not at all, and the
-/// commands that would separate the members of a class (`separation_file`). Returns their names. Throws WorkError where
-/// they cannot be written.
+/// commands that would separate the members of a class (`separation_file`). Returns their names. Throws WriteError
+/// where they cannot be written.
 std::vector<std::string> write_diagnosis_report(const std::filesystem::path& folder, const Scenario& scenario,
                                                 const Diagnosis& diagnosis, const Context& context,
                                                 std::span<const Picture> pictures);

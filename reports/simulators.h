@@ -18,7 +18,7 @@ std::string origin_words(Origin origin);
 std::string to_json(const SimulatorComparison& comparison, const Context& context);
 std::string simulators_page(const SimulatorComparison& comparison, const Context& context);
 
-/// `simulators.json` and `report.html` in `folder`, each whole or not at all. Throws WorkError.
+/// `simulators.json` and `report.html` in `folder`, each whole or not at all. Throws WriteError.
 void write_simulators_report(const std::filesystem::path& folder, const SimulatorComparison& comparison,
                              const Context& context);
 

@@ -100,14 +100,7 @@ void copy_recording(const fs::path& source, const fs::path& target) {
   const bool folder = fs::is_directory(source, error);
   for (const fs::path& file : recording_files(source, source.string())) {
     const fs::path to = folder ? target / fs::relative(file, source, error) : target;
-    error.clear();
-    fs::create_directories(to.parent_path(), error);
-    if (fs::equivalent(file, to, error)) continue;
-    error.clear();
-    fs::copy_file(file, to, fs::copy_options::overwrite_existing, error);
-    if (error)
-      throw WorkError("cannot copy " + printable(file.string()) + " to " + printable(to.string()) + ": " +
-                      error.message());
+    if (!fs::equivalent(file, to, error)) copy_file_atomically(file, to);
   }
 }
 

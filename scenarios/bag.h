@@ -18,7 +18,7 @@ bool is_bag(const std::filesystem::path& path);
 /// of it, and for bags whose files are compressed as a whole, with the command that unpacks them.
 std::vector<std::filesystem::path> recording_files(const std::filesystem::path& recording, const std::string& shown);
 
-/// Copies the files of a recording, a bag's folder as a folder. Throws WorkError where that cannot be done.
+/// Copies the files of a recording, a bag's folder as a folder. Throws WriteError where that cannot be done.
 void copy_recording(const std::filesystem::path& source, const std::filesystem::path& target);
 
 /// Every topic that can be read, with its own clock. Throws InputError and nothing else for any content.

@@ -28,8 +28,12 @@ constexpr std::size_t kMaxRowsAhead = std::size_t{1} << 20;
 /// Lines of a file, read in blocks: holds one block and one line, whatever the file's size.
 class LineReader {
  public:
-  LineReader(const std::filesystem::path& file, std::string name, std::size_t max_line)
-      : name_(std::move(name)), max_line_(max_line), descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+  /// `bytes`: of the file, so that a small one takes little.
+  LineReader(const std::filesystem::path& file, std::string name, std::size_t max_line, std::uintmax_t bytes)
+      : name_(std::move(name)),
+        max_line_(max_line),
+        block_(std::clamp<std::uintmax_t>(bytes + 1, 4096, kBlockBytes)),
+        descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (descriptor_ < 0) throw InputError(printable(name_), std::strerror(errno), "a readable recording");
   }
   ~LineReader() { ::close(descriptor_); }
@@ -74,10 +78,10 @@ class LineReader {
     if (begin_ > 0) std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
     end_ -= begin_;
     begin_ = 0;
-    if (buffer_.size() < end_ + kBlockBytes) buffer_.resize(end_ + kBlockBytes);
+    if (buffer_.size() < end_ + block_) buffer_.resize(end_ + block_);
     ssize_t got = 0;
     do {
-      got = ::read(descriptor_, buffer_.data() + end_, kBlockBytes);
+      got = ::read(descriptor_, buffer_.data() + end_, block_);
     } while (got < 0 && errno == EINTR);
     if (got < 0) throw InputError(printable(name_), std::strerror(errno), "a readable recording");
     end_ += static_cast<std::size_t>(got);
@@ -90,9 +94,9 @@ class LineReader {
   }
 
   std::string name_;
-  std::size_t max_line_;
+  std::size_t max_line_, block_;
   int descriptor_;
-  std::vector<char> buffer_ = std::vector<char>(kBlockBytes);
+  std::vector<char> buffer_ = std::vector<char>(block_);
   std::size_t begin_ = 0, end_ = 0, number_ = 0;
   bool terminated_ = false;
 };
@@ -163,7 +167,7 @@ std::string take_header_field(std::string_view& line, const std::string& where) 
 class CsvParser {
  public:
   CsvParser(const std::filesystem::path& file, std::string name, const RecordingLimits& limits, std::uintmax_t bytes)
-      : name_(std::move(name)), limits_(limits), bytes_(bytes), lines_(file, name_, limits.line_bytes) {}
+      : name_(std::move(name)), limits_(limits), bytes_(bytes), lines_(file, name_, limits.line_bytes, bytes) {}
 
   Recording parse() {
     read_header();

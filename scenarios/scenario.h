@@ -152,7 +152,7 @@ struct ScenarioOptions {
 Scenario load_scenario(const std::filesystem::path& file, const ScenarioOptions& options = {});
 
 /// Writes a scenario that loads to the same values (used for `scenario.diagnosed.yaml`). Paths are rewritten relative
-/// to the new file's folder. Throws WorkError when it cannot be written.
+/// to the new file's folder. Throws WriteError when it cannot be written.
 void save_scenario(const Scenario& scenario, const std::filesystem::path& file);
 
 /// URDF text of the robot with `link_masses` (kg, one per link) put in; inertias scale with mass.

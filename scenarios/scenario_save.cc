@@ -30,9 +30,7 @@ class Mover {
       : scenario_(scenario),
         folder_(file.has_parent_path() ? file.parent_path() : fs::path(".")),
         stem_(file.stem().string()) {
-    std::error_code error;
-    fs::create_directories(folder_, error);
-    if (error) throw WorkError("cannot make the folder " + printable(folder_.string()) + ": " + error.message());
+    make_folder(folder_);
   }
 
   std::string robot() const { return relative(resolve(scenario_, scenario_.robot_file)); }

@@ -66,9 +66,9 @@ std::string StudyRunner::read_checkpoint() const {
     std::string line;
     std::getline(in, line);
     const Json found = Json::parse(line, nullptr, false);
-    if (!found.is_object() || found.value("format", "") != kStudyCheckpoint)
+    if (!found.is_object() || found.value("format", Json()) != kStudyCheckpoint)
       throw InputError(options_.checkpoint.string(), "no checkpoint of a study", "one; remove the file to start anew");
-    if (found.value("problem", "") != options_.problem)
+    if (found.value("problem", Json()) != options_.problem)
       throw InputError(options_.checkpoint.string(), "the checkpoint of another scenario, recording or option",
                        "one of this command; remove the file or name another output folder");
     while (std::getline(in, line)) {
@@ -76,6 +76,7 @@ std::string StudyRunner::read_checkpoint() const {
       if (!entry.is_object()) break;  // cut off by a crash
       try {
         run_from(entry);
+        entry.at("key").get<std::string>();
       } catch (const std::exception&) {
         break;
       }
@@ -102,9 +103,7 @@ void StudyRunner::restore() {
 
 void StudyRunner::keep(const std::string& line) const {
   if (options_.checkpoint.empty() || !first()) return;
-  std::ofstream out(options_.checkpoint, std::ios::app);
-  out << line << std::flush;
-  if (!out) throw WorkError(options_.checkpoint.string() + ": cannot write the checkpoint");
+  append_to_file(options_.checkpoint, line);
 }
 
 void StudyRunner::take(const std::string& lines) {

@@ -68,6 +68,10 @@ void Program::interrupt() const {
   if (process_ > 0) ::kill(process_, SIGINT);  // -1 would mean every process
 }
 
+void Program::kill() const {
+  if (process_ > 0) ::kill(process_, SIGKILL);
+}
+
 bool Program::running() {
   if (process_ > 0 && ::waitpid(process_, &status_, WNOHANG) == process_) process_ = -1;
   return process_ > 0;
@@ -105,7 +109,7 @@ nlohmann::json json_file(const fs::path& file) { return nlohmann::json::parse(te
 
 nlohmann::json without_clock(nlohmann::json record) {
   if (record.is_object()) {
-    for (const char* key : {"seconds", "run_seconds", "context"}) record.erase(key);
+    for (const char* key : {"seconds", "run_seconds", "longest_seconds", "context"}) record.erase(key);
     for (auto& [key, value] : record.items()) value = without_clock(value);
   } else if (record.is_array()) {
     for (auto& value : record) value = without_clock(value);

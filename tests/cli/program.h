@@ -33,6 +33,7 @@ class Program {
 
   pid_t id() const { return process_; }
   void interrupt() const;
+  void kill() const;  ///< -9
   bool running();
   Outcome wait();
 

@@ -10,14 +10,11 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <functional>
-#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "scenarios/error.h"
+#include "tests/fuzz/loaders.h"
 
 namespace lacuna::test {
 
@@ -26,11 +23,6 @@ inline constexpr int kMutants = 3000;
 inline constexpr int kFileMutants = 1500;
 /// A mutant that takes longer than this has found a hole, even under sanitizers on a busy machine.
 inline constexpr auto kPatience = std::chrono::seconds(20);
-
-inline std::string read(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 inline const std::filesystem::path kRoot = LACUNA_SOURCE_DIR;
 
@@ -68,18 +60,10 @@ class Mutator {
   std::mt19937_64 random_;
 };
 
-/// Runs `work`; fails on any exception but InputError, on messages of more than one line, and on slowness.
-inline bool survives(const std::function<void()>& work, const std::string& mutant) {
+/// Loads the mutant; fails on any exception but InputError, on messages of more than one line, and on slowness.
+inline bool survives(const Loader& loader, const std::string& mutant) {
   const auto start = std::chrono::steady_clock::now();
-  std::string wrong;
-  try {
-    work();
-  } catch (const InputError& error) {
-    for (const char c : std::string(error.what()))
-      if (static_cast<unsigned char>(c) < 0x20) wrong = std::string("a control character in: ") + error.what();
-  } catch (const std::exception& error) {
-    wrong = std::string("another exception: ") + error.what();
-  }
+  std::string wrong = fault_of(loader, mutant);
   if (std::chrono::steady_clock::now() - start > kPatience) wrong = "too slow";
   EXPECT_TRUE(wrong.empty()) << wrong << "\nfrom the input:\n" << mutant;
   return wrong.empty();
@@ -89,10 +73,6 @@ inline std::filesystem::path scratch_folder() {
   auto folder = std::filesystem::temp_directory_path() / ("lacuna_fuzz_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
   return folder;
-}
-
-inline void write(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
 }
 
 class Fuzz : public testing::Test {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "scenarios/error.h"
+#include "scenarios/files.h"
 #include "tests/ga/test_problems.h"
 
 namespace lacuna {
@@ -139,11 +140,12 @@ TEST(Checkpoint, ThatIsAnythingElseIsRefused) {
 TEST(Checkpoint, ThatCannotBeWrittenSaysWhere) {
   const test::TemporaryFolder folder;
   try {
-    save_checkpoint(folder / "no_such_folder/run.json", some_identity(), some_checkpoint());
+    write(folder / "file", "no folder");
+    save_checkpoint(folder / "file/run.json", some_identity(), some_checkpoint());
     FAIL();
-  } catch (const WorkError& error) {
-    EXPECT_NE(std::string(error.what()).find("no_such_folder"), std::string::npos);
-    EXPECT_NE(std::string(error.what()).find("No such file"), std::string::npos);
+  } catch (const WriteError& error) {
+    EXPECT_NE(std::string(error.what()).find("file/run.json"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("Not a directory"), std::string::npos);
   }
 }
 

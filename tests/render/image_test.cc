@@ -7,6 +7,7 @@
 #include <string>
 
 #include "scenarios/error.h"
+#include "scenarios/files.h"
 
 namespace lacuna {
 namespace {
@@ -52,9 +53,10 @@ TEST_F(ImageFile, WritingLeavesOnePictureAndNothingElse) {
 
 TEST_F(ImageFile, FailedWriteSaysWhereAndLeavesNothing) {
   fs::create_directories(folder_ / "taken.png" / "inside");
-  EXPECT_THROW(write_png(folder_ / "taken.png", pattern(4, 4)), WorkError);
-  EXPECT_THROW(write_png(folder_ / "absent" / "a.png", pattern(4, 4)), WorkError);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  EXPECT_THROW(write_png(folder_ / "taken.png", pattern(4, 4)), WriteError);
+  std::ofstream(folder_ / "file");
+  EXPECT_THROW(write_png(folder_ / "file" / "a.png", pattern(4, 4)), WriteError);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 2);
 }
 
 TEST_F(ImageFile, WhatIsNotAWholePngIsRefused) {

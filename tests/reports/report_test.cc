@@ -227,16 +227,16 @@ TEST_F(WriteReport, LeavesNoUnfinishedFilesBehind) {
   EXPECT_EQ(std::distance(fs::directory_iterator(path_), fs::directory_iterator()), 2);
 }
 
-TEST_F(WriteReport, FailureIsAWorkError) {
+TEST_F(WriteReport, FailureIsAWriteError) {
   std::ofstream(path_ / "file") << "not a folder";
-  EXPECT_THROW(write_fit_report(path_ / "file", Scenario{}, sample::fit(1e-3), sample::context(), {}), WorkError);
+  EXPECT_THROW(write_fit_report(path_ / "file", Scenario{}, sample::fit(1e-3), sample::context(), {}), WriteError);
 }
 
 TEST_F(WriteReport, FailureLeavesTheOldFile) {
   // The longest name a file can have leaves no room for the neighbour that is written first.
   const fs::path file = path_ / std::string(255, 'r');
   std::ofstream(file) << "old";
-  EXPECT_THROW(write_file_atomically(file, "new"), WorkError);
+  EXPECT_THROW(write_file_atomically(file, "new"), WriteError);
   EXPECT_EQ(read(file), "old");
 }
 

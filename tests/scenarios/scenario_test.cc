@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "scenarios/files.h"
 #include "tests/scenarios/support.h"
 
 namespace lacuna {
@@ -439,7 +440,7 @@ TEST(SaveScenario, KeepsTheMotion) {
 TEST(SaveScenario, SaysWhenItCannotWrite) {
   const ScenarioFolder folder;
   const Scenario original = load_scenario(folder.file);
-  EXPECT_THROW(save_scenario(original, "/proc/none/scenario.yaml"), WorkError);
+  EXPECT_THROW(save_scenario(original, "/proc/none/scenario.yaml"), WriteError);
 }
 
 }  // namespace
