@@ -58,7 +58,7 @@ std::string short_exponent(const std::string& any) {
 }
 
 std::string with_unit(const std::string& value, const std::string& unit) {
-  return unit.empty() ? value : value + " " + unit;
+  return unit.empty() || unit == "1" ? value : value + " " + unit;  // 1: a ratio
 }
 
 /// "Coulomb friction at joint_2".

@@ -25,8 +25,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kRoot = LACUNA_SOURCE_DIR;
-
 const std::vector<std::string> kYamlTokens{":",
                                            ": ",
                                            "\n",

@@ -9,6 +9,8 @@
 
 namespace lacuna::test {
 
+inline const std::filesystem::path kRoot = LACUNA_SOURCE_DIR;
+
 struct Loader {
   std::string name;                 ///< and that of its folder below corpus/
   std::vector<std::string> tokens;  ///< of the format, worth putting in

@@ -24,8 +24,6 @@ inline constexpr int kFileMutants = 1500;
 /// A mutant that takes longer than this has found a hole, even under sanitizers on a busy machine.
 inline constexpr auto kPatience = std::chrono::seconds(20);
 
-inline const std::filesystem::path kRoot = LACUNA_SOURCE_DIR;
-
 /// Changes one to eight places of a text: bytes, chunks, numbers, and the tokens of its format.
 class Mutator {
  public:

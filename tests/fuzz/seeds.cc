@@ -15,8 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path kRoot = LACUNA_SOURCE_DIR;
-
 std::vector<std::string> files(const std::vector<const char*>& names) {
   std::vector<std::string> out;
   for (const char* name : names) out.push_back(read(kRoot / name));

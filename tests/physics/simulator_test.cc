@@ -107,10 +107,9 @@ TEST(Lanes, GiveTheSameAnswerWhicheverSegmentsShareThem) {
   }
   EffectSpec friction = effect("coulomb_friction", "joint_2", {{"Fc", 30.0}});
   friction.recordings = {"b.csv"};
-  const PlantModel model =
-      PlantModel(scenario).with_effects({friction, effect("input_delay", "joint_3", {{"T", 0.013}}),
-                                         effect("sensor_delay", "joint_5", {{"T", 0.017}}),
-                                         effect("thermal_drift", "joint_1", {{"depth", 0.3}, {"tau", 2.0}})});
+  const PlantModel model = PlantModel(scenario).with_effects(
+      {friction, effect("input_delay", "joint_3", {{"T", 0.013}}), effect("sensor_delay", "joint_5", {{"T", 0.017}}),
+       effect("thermal_drift", "joint_1", {{"depth", 0.3}, {"tau", 2.0}})});
   Experiment experiment = started_experiment(scenario, kArmStart);
   double shift = 0.0;
   for (Segment& segment : experiment.segments) segment.q0[0] += 0.1 * shift, segment.v0[2] = -0.2 * shift++;
