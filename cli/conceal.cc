@@ -186,13 +186,13 @@ void run(Session& session, const ConcealFlags& flags) {
   const fs::path folder = session.output;
   refuse_sealed(folder);
   refuse_overwriting(scenario.file, folder / "scenario.yaml");
-  session.output_folder(scenario);
   Concealment made;
   {
     ProgressLine progress("moving the true machine");
     progress.update("moving the true machine", 0.0);
     made = conceal(scenario, options);
   }
+  session.output_folder(scenario);  // what is refused leaves none
   report(session, folder, made, write_case(folder, scenario, made, options));
 }
 
