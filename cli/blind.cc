@@ -75,6 +75,7 @@ std::optional<BlindVerdict> verdict_on(Session& session, const DiagnoseFlags& fl
   check_diagnosable(scenario);
   const std::string key = key_of(session, flags, scenario);
   const auto verdict = session.first() ? finished(folder, key) : std::nullopt;
+  if (verdict) DiagnosisCheckpoint::remove(folder / "checkpoint.json");  // a kill may have come just before that
   if (session.ranks ? session.ranks->as_first(verdict.has_value()) : verdict.has_value()) return verdict;
   make_parent_folder(folder / "diagnosis.json");
   const Diagnosis diagnosis = run_diagnosis(session, flags, scenario, folder, progress);
