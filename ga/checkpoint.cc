@@ -6,8 +6,10 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <sstream>
 
+#include "physics/executor.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 
@@ -112,9 +114,7 @@ double exact_number(const std::string& text) {
 }
 
 std::string checksum(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, 64 bits
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-  return fmt::format("{:016x}", hash);
+  return fmt::format("{:016x}", hash_of(std::as_bytes(std::span(text))));
 }
 
 void save_checkpoint(const std::filesystem::path& file, const RunIdentity& identity, const Checkpoint& checkpoint) {

@@ -269,7 +269,7 @@ class ProjectedDescent {
     return out;
   }
 
-  /// Trials in one call: as many as lanes hold that a single one would leave idle, and a second in any case.
+  /// Dampings tried in one call: all where so few segments leave lanes idle, two where the segments fill them.
   std::size_t fan() const {
     const std::size_t lanes = static_cast<std::size_t>(problem_.simulator().lanes());
     if (lanes == 1) return 1;

@@ -71,6 +71,14 @@ std::error_code copy_all(const fs::path& source, int out) {
   return std::ferror(in.get()) != 0 ? std::make_error_code(std::errc::io_error) : std::error_code();
 }
 
+/// Makes a renaming survive a loss of power. Some file systems cannot sync a folder; that is no error.
+void sync_folder(const fs::path& folder) {
+  const int in = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (in < 0) return;
+  ::fsync(in);
+  ::close(in);
+}
+
 /// Has a file made beside `file`, then renames it; where either fails, all is as it was.
 void replace_file(const fs::path& file, const std::function<std::error_code(const fs::path& part)>& make) {
   static std::atomic<unsigned> counter{0};
@@ -122,6 +130,7 @@ void write_file_atomically(const fs::path& file, const std::string& text, bool s
       return !error && synced && ::fsync(out) != 0 ? last_error() : error;
     });
   });
+  if (synced) sync_folder(folder_of(file));
 }
 
 void copy_file_atomically(const fs::path& source, const fs::path& target) {

@@ -22,7 +22,7 @@ bool holds(const std::filesystem::path& file, const std::string& text) {
 
 int main(int argc, char** argv) {
   const bool check = argc == 3 && std::string(argv[1]) == "--check";
-  if (argc != 2 && !check) {
+  if ((argc != 2 && !check) || argv[argc - 1][0] == '-') {
     std::cerr << "usage: lacuna_generate_scenarios [--check] FOLDER\n";
     return 2;
   }

@@ -418,8 +418,12 @@ void loads(const Loader& loader, const std::string& bytes) {
 }
 
 std::string fault_of(const Loader& loader, const std::string& bytes) {
+  return fault_of([&] { loads(loader, bytes); });
+}
+
+std::string fault_of(const std::function<void()>& work) {
   try {
-    loads(loader, bytes);
+    work();
   } catch (const InputError& error) {
     for (const char c : std::string(error.what()))
       if (static_cast<unsigned char>(c) < 0x20) return std::string("a control character in: ") + error.what();

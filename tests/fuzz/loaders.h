@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +27,9 @@ const Loader& loader(std::string_view name);
 
 /// Loads with one of the loaders, in a folder that this process keeps for it until it ends.
 void loads(const Loader& loader, const std::string& bytes);
-/// What is wrong with how `bytes` were taken: any exception but InputError, a message of more than one line. Else "".
+/// What is wrong with how some work took its input: any exception but InputError, a message of more than one line. Else
+/// "".
+std::string fault_of(const std::function<void()>& work);
 std::string fault_of(const Loader& loader, const std::string& bytes);
 
 std::string read(const std::filesystem::path& file);

@@ -59,12 +59,16 @@ class Mutator {
 };
 
 /// Loads the mutant; fails on any exception but InputError, on messages of more than one line, and on slowness.
-inline bool survives(const Loader& loader, const std::string& mutant) {
+inline bool survives(const std::function<void()>& work, const std::string& mutant) {
   const auto start = std::chrono::steady_clock::now();
-  std::string wrong = fault_of(loader, mutant);
+  std::string wrong = fault_of(work);
   if (std::chrono::steady_clock::now() - start > kPatience) wrong = "too slow";
   EXPECT_TRUE(wrong.empty()) << wrong << "\nfrom the input:\n" << mutant;
   return wrong.empty();
+}
+
+inline bool survives(const Loader& loader, const std::string& mutant) {
+  return survives([&] { loads(loader, mutant); }, mutant);
 }
 
 inline std::filesystem::path scratch_folder() {
