@@ -119,3 +119,4 @@ class Rollout {
 }  // namespace lacuna
 
 #include "physics/rollout_impl.h"
+#include "physics/rollout_linearise_impl.h"
