@@ -172,7 +172,7 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
                                       const CurrentModel& before, const SimulatorOptions& simulator,
                                       const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
                                       const Report& report) {
-  const std::vector<Scenario> scenarios = parts_of(scenario);
+  const std::vector<Scenario> scenarios = parts_of(scenario, experiment, before, simulator);
   RunControl quiet = control;
   quiet.progress = nullptr;
   if (scenarios.empty() || one_effect_of_the_arm_suffices(before, experiment, simulator, quiet))

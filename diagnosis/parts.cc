@@ -1,6 +1,7 @@
 #include "diagnosis/parts.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -9,37 +10,19 @@
 namespace lacuna {
 namespace {
 
-/// The branches' joints with what rides on them, and all that stands still.
-std::shared_ptr<const Robot> robot_of(const Robot& whole, const std::vector<int>& joints) {
-  std::map<int, int> new_body{{-1, -1}};
-  for (std::size_t k = 0; k < joints.size(); ++k) new_body[joints[k]] = static_cast<int>(k);
-  std::map<int, int> new_link;
-  std::vector<Link> links;
-  for (std::size_t l = 0; l < whole.links().size(); ++l) {
-    Link link = whole.links()[l];
-    const auto body = new_body.find(link.body);
-    if (body == new_body.end()) continue;
-    new_link[static_cast<int>(l)] = static_cast<int>(links.size());
-    link.body = body->second;
-    links.push_back(std::move(link));
-  }
-  std::vector<Joint> kept;
-  for (const int j : joints) {
-    Joint joint = whole.joints()[static_cast<std::size_t>(j)];
-    joint.parent = new_body.at(joint.parent), joint.link = new_link.at(joint.link);
-    kept.push_back(std::move(joint));
-  }
-  return std::make_shared<const Robot>(whole.name(), std::move(kept), std::move(links), whole.name());
-}
+constexpr double kMovedByOthers = 0.1;  ///< rms over that of what is missing: a hundredth of its energy
 
 template <class Value>
 void keep_joints(std::map<std::string, Value>& of, const std::set<std::string>& names) {
   std::erase_if(of, [&](const auto& entry) { return names.count(entry.first) == 0; });
 }
 
-Scenario restricted(const Scenario& scenario, const std::vector<int>& joints) {
+/// The scenario of some joints: the others stand in the middle of their travel.
+Scenario restricted(const Scenario& scenario, const Experiment& experiment, const std::vector<int>& joints) {
   Scenario out = scenario;
-  out.robot = robot_of(*scenario.robot, joints);
+  std::vector<bool> fixed(experiment.joint_names.size(), true);
+  for (const int j : joints) fixed[static_cast<std::size_t>(j)] = false;
+  out.robot = scenario.robot->with_joints_fixed(fixed, experiment.position_middle);
   std::set<std::string> names;
   for (const Joint& joint : out.robot->joints()) names.insert(joint.name);
   out.name = out.robot->joints().front().name;
@@ -85,17 +68,94 @@ std::vector<double> by_name(const PlantModel& to, std::vector<double> values, co
   return values;
 }
 
+bool has_effect_of_the_arm(const PlantModel& model) {
+  return std::any_of(model.effects().begin(), model.effects().end(), [](const Component& c) { return c.joint < 0; });
+}
+
+/// What the plain model of a joint that gives its flow whatever the others do: the whole machine's values, and its own
+/// searched. What it is loaded with is not its own.
+Scenario alone(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain, int j) {
+  const Scenario fitted = with_values(scenario, plain.model, plain.space.expand(plain.fit.point));
+  Scenario out = restricted(fitted, experiment, {j});
+  std::erase_if(out.identify, [&](const IdentifySpec& spec) {
+    return plain.model.parameters()[static_cast<std::size_t>(plain.model.find(spec.name))].joint != j;
+  });
+  return out;
+}
+
+/// Weighed residual at a model's point on the train segments, whose starts are taken as exact.
+struct PlainResidual {
+  Eigen::VectorXd rows;
+  std::vector<ResidualBlock> blocks;
+};
+PlainResidual plain_residual(const CurrentModel& model, Experiment experiment, const SimulatorOptions& simulator) {
+  for (Segment& segment : experiment.segments) segment.start_effects = nullptr;
+  const std::vector<int> train = experiment.with_role(Role::train);
+  Problem problem(model.model, experiment, model.space, simulator, model.weights);
+  return {problem.residual(model.fit.point, train), problem.layout(train)};
+}
+
+Eigen::VectorXd rows_of(const PlainResidual& residual, std::size_t channel) {
+  Eigen::VectorXd out(residual.rows.size());
+  Eigen::Index count = 0;
+  for (const ResidualBlock& block : residual.blocks) {
+    if (block.channel != static_cast<int>(channel)) continue;
+    out.segment(count, block.count) = residual.rows.segment(block.first, block.count);
+    count += block.count;
+  }
+  out.conservativeResize(count);
+  return out;
+}
+
+/// Whether a part predicts of its channels what the whole machine does (`whole`), where the others move.
+bool predicts_as_whole(const Scenario& part, const Experiment& experiment, const CurrentModel& plain,
+                       const PlainResidual& whole, const SimulatorOptions& simulator) {
+  const Experiment own_experiment = make_experiment(part);
+  const CurrentModel own = part_of(plain, experiment, part, own_experiment);
+  const PlainResidual residual = plain_residual(own, own_experiment, simulator);
+  const std::vector<std::size_t> channels = channels_in(experiment, own_experiment);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const Eigen::VectorXd missing = rows_of(whole, channels[c]);
+    if (!((rows_of(residual, c) - missing).norm() <= kMovedByOthers * missing.norm())) return false;
+  }
+  return true;
+}
+
+/// The parts of a chain whose drives each give a flow through stiff oil: a joint moves as it is told, whatever the
+/// others do. Empty where that is not so of all of them.
+std::vector<Scenario> parts_of_chain(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain,
+                                     const std::vector<int>& joints, const SimulatorOptions& simulator) {
+  std::vector<Scenario> out;
+  for (const int j : joints) {
+    if (!is_measured(scenario, {j})) continue;
+    if (!integrates_flow(plain.model.actuators()[static_cast<std::size_t>(j)].type)) return {};
+    out.push_back(alone(scenario, experiment, plain, j));
+  }
+  const PlainResidual whole = plain_residual(plain, experiment, simulator);
+  const auto stands = [&](const Scenario& part) {
+    return predicts_as_whole(part, experiment, plain, whole, simulator);
+  };
+  if (!std::all_of(out.begin(), out.end(), stands)) out.clear();
+  return out;
+}
+
 }  // namespace
 
-std::vector<Scenario> parts_of(const Scenario& scenario) {
-  if (scenario.total_mass) return {};
-  const std::vector<int> branch = branches(PlantModel(scenario));
+std::vector<Scenario> parts_of(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain,
+                               const SimulatorOptions& simulator) {
+  if (scenario.total_mass || has_effect_of_the_arm(plain.model)) return {};
+  const bool efforts = std::holds_alternative<InverseDynamics>(experiment.prediction);
+  const std::vector<int> branch = branches(plain.model);
   std::map<int, std::vector<int>> joints;
   for (std::size_t j = 0; j < branch.size(); ++j) joints[branch[j]].push_back(static_cast<int>(j));
-  if (joints.size() < 2) return {};
   std::vector<Scenario> out;
-  for (const auto& [first, those] : joints)
-    if (is_measured(scenario, those)) out.push_back(restricted(scenario, those));
+  for (const auto& [first, those] : joints) {
+    if (!is_measured(scenario, those)) continue;
+    std::vector<Scenario> apart;
+    if (those.size() > 1 && !efforts) apart = parts_of_chain(scenario, experiment, plain, those, simulator);
+    if (apart.empty()) apart.push_back(restricted(scenario, experiment, those));
+    std::move(apart.begin(), apart.end(), std::back_inserter(out));
+  }
   if (out.size() < 2) out.clear();
   return out;
 }
@@ -120,8 +180,13 @@ CurrentModel put_together(const CurrentModel& whole, const Experiment& experimen
       out = extended(out, experiment, spec, out.fit.point, {});
   }
   std::vector<double> values = by_name(out.model, out.model.values(), whole.model, whole.space.expand(whole.fit.point));
-  for (const CurrentModel& part : parts)
-    values = by_name(out.model, std::move(values), part.model, part.space.expand(part.fit.point));
+  for (const CurrentModel& part : parts) {
+    const std::vector<double> found = part.space.expand(part.fit.point);
+    for (const Axis& axis : part.space.axes()) {
+      const auto p = static_cast<std::size_t>(axis.parameter);
+      values[static_cast<std::size_t>(out.model.find(part.model.parameters()[p].name))] = found[p];
+    }
+  }
   evaluate_at(out, out.space.contract(values), experiment, simulator);
   return out;
 }

@@ -106,6 +106,11 @@ Robot::Tool find_tool(const std::vector<Link>& links) {
   return last;
 }
 
+Eigen::Isometry3d motion_of(const Joint& joint, double q) {
+  return joint.prismatic() ? Eigen::Isometry3d(Eigen::Translation3d(q * joint.axis))
+                           : Eigen::Isometry3d(Eigen::AngleAxisd(q, joint.axis));
+}
+
 }  // namespace
 
 Robot::Robot(std::string name, std::vector<Joint> joints, std::vector<Link> links, const std::string& source)
@@ -172,6 +177,35 @@ double Robot::moving_mass() const {
   for (const Link& link : links_)
     if (link.body >= 0) sum += link.inertial.mass;
   return sum;
+}
+
+std::shared_ptr<const Robot> Robot::with_joints_fixed(const std::vector<bool>& fixed, std::span<const double> q) const {
+  struct Ride {
+    int body = -1;  // in the new robot; -1 the world
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  };
+  std::vector<Ride> rides;
+  std::vector<Joint> joints;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const Ride parent = joints_[i].parent < 0 ? Ride{} : rides[static_cast<std::size_t>(joints_[i].parent)];
+    Joint joint = joints_[i];
+    joint.parent = parent.body;
+    joint.origin = parent.pose * joint.origin;
+    if (fixed[i]) {
+      rides.push_back({parent.body, joint.origin * motion_of(joint, q[i])});
+    } else {
+      rides.push_back({static_cast<int>(joints.size()), Eigen::Isometry3d::Identity()});
+      joints.push_back(std::move(joint));
+    }
+  }
+  std::vector<Link> links = links_;
+  for (Link& link : links) {
+    if (link.body < 0) continue;
+    const Ride& ride = rides[static_cast<std::size_t>(link.body)];
+    link.body = ride.body;
+    link.in_body = ride.pose * link.in_body;
+  }
+  return std::make_shared<const Robot>(name_, std::move(joints), std::move(links), name_);
 }
 
 std::vector<Eigen::Isometry3d> Robot::link_poses(std::span<const Eigen::Isometry3d> body_poses) const {

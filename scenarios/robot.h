@@ -112,6 +112,10 @@ class Robot {
   };
   const Tool& tool() const { return tool_; }
 
+  /// The same robot with some joints ([joint]: whether) fixed at `q` (rad or m), their links riding on what carries
+  /// them.
+  std::shared_ptr<const Robot> with_joints_fixed(const std::vector<bool>& fixed, std::span<const double> q) const;
+
   /// World pose of every link from the world poses of the bodies.
   std::vector<Eigen::Isometry3d> link_poses(std::span<const Eigen::Isometry3d> body_poses) const;
 

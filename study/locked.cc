@@ -35,38 +35,6 @@ bool is_locked(const Scenario& scenario, const std::string& joint) {
   return braked;
 }
 
-/// Where a body of the old robot went.
-struct Ride {
-  int body = -1;  ///< in the new robot; -1 the world
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-};
-
-std::shared_ptr<const Robot> welded_robot(const Robot& robot, const std::vector<bool>& locked) {
-  std::vector<Ride> rides;
-  std::vector<Joint> joints;
-  for (std::size_t i = 0; i < locked.size(); ++i) {
-    const Joint& old = robot.joints()[i];
-    const Ride parent = old.parent < 0 ? Ride{} : rides[static_cast<std::size_t>(old.parent)];
-    Joint joint = old;
-    joint.parent = parent.body;
-    joint.origin = parent.pose * old.origin;
-    if (locked[i]) {
-      rides.push_back({parent.body, joint.origin});
-    } else {
-      rides.push_back({static_cast<int>(joints.size()), Eigen::Isometry3d::Identity()});
-      joints.push_back(std::move(joint));
-    }
-  }
-  std::vector<Link> links = robot.links();
-  for (Link& link : links) {
-    if (link.body < 0) continue;
-    const Ride& ride = rides[static_cast<std::size_t>(link.body)];
-    link.body = ride.body;
-    link.in_body = ride.pose * link.in_body;
-  }
-  return std::make_shared<const Robot>(robot.name(), std::move(joints), std::move(links), robot.name());
-}
-
 }  // namespace
 
 LockedScenario with_locked_joints_fixed(const Scenario& scenario) {
@@ -77,7 +45,7 @@ LockedScenario with_locked_joints_fixed(const Scenario& scenario) {
     if (locked.back()) out.fixed.push_back(joint.name);
   }
   if (out.fixed.empty() || out.fixed.size() == locked.size() || scenario.total_mass) return {scenario, {}};
-  out.scenario.robot = welded_robot(*scenario.robot, locked);
+  out.scenario.robot = scenario.robot->with_joints_fixed(locked, std::vector<double>(locked.size(), 0.0));
   std::erase_if(out.scenario.effects, [&](const EffectSpec& effect) {
     return std::find(out.fixed.begin(), out.fixed.end(), effect.place) != out.fixed.end();
   });

@@ -26,34 +26,44 @@ Scenario identified(std::vector<EffectSpec> concealed) {
   return out;
 }
 
+std::vector<Scenario> parts_at_start(const Scenario& scenario) {
+  const Experiment experiment = make_experiment(scenario);
+  const PlantModel model(scenario);
+  CurrentModel plain{model, SearchSpace(model, scenario), {}, {}};
+  plain.weights.assign(experiment.channels.size(), kPartReading);
+  plain.fit.point = plain.space.start();
+  const SimulatorOptions at = on("featherstone", 0.005);
+  if (plain.space.size() > 0) evaluate_at(plain, plain.space.start(), experiment, at);
+  return parts_of(scenario, experiment, plain, at);
+}
+
 TEST(Parts, AreBranchesOfATreeWhoseBaseStandsStill) {
   Scenario scenario = identified({});
-  const std::vector<Scenario> parts = parts_of(scenario);
+  const std::vector<Scenario> parts = parts_at_start(scenario);
   ASSERT_EQ(parts.size(), 2u);
   for (const Scenario& part : parts) {
     EXPECT_EQ(part.robot->dof(), 1);
     EXPECT_EQ(part.robot->joints().front().name, part.name);
-    EXPECT_EQ(part.robot->links().size(), 2u) << "the ground and what moves";
     EXPECT_EQ(part.actuators.size(), 1u);
     EXPECT_EQ(part.identify.size(), 3u);
     EXPECT_EQ(make_experiment(part).channels.size(), 1u);
   }
   Scenario held = scenario;
   held.total_mass = 3.0;
-  EXPECT_TRUE(parts_of(held).empty()) << "a known total mass ties them together";
+  EXPECT_TRUE(parts_at_start(held).empty()) << "a known total mass ties them together";
   Scenario sprung = scenario;
   sprung.effects = {effect("base_tilt", "arm", {{"roll", 0.0}, {"pitch", 0.0}})};
-  EXPECT_TRUE(parts_of(sprung).empty()) << "an effect of the whole arm ties them together";
+  EXPECT_TRUE(parts_at_start(sprung).empty()) << "an effect of the whole arm ties them together";
   Scenario blind = scenario;
   blind.channels.of[ChannelKind::position].erase("slide");
-  EXPECT_TRUE(parts_of(blind).empty()) << "one measured branch is all there is";
-  EXPECT_TRUE(parts_of(pendulum_problem({}, {}, kPartReading)).empty());
+  EXPECT_TRUE(parts_at_start(blind).empty()) << "one measured branch is all there is";
+  EXPECT_TRUE(parts_at_start(pendulum_problem({}, {"gain"}, kPartReading)).empty());
 }
 
 TEST(Parts, GoByTheirNamesInEveryFullName) {
   Scenario scenario = identified({});
   scenario.identify = {{"slide.gain", true, 0.2, 5.0, "test"}, {"rod.mass", true, 0.5, 2.0, "test"}};
-  const std::vector<Scenario> parts = parts_of(scenario);
+  const std::vector<Scenario> parts = parts_at_start(scenario);
   ASSERT_EQ(parts.size(), 2u);
   for (const Scenario& part : parts) {
     ASSERT_EQ(part.identify.size(), 1u) << part.name;
@@ -63,7 +73,7 @@ TEST(Parts, GoByTheirNamesInEveryFullName) {
 
 TEST(Parts, HoldNoEffectOfTheWholeArm) {
   const Scenario scenario = identified({});
-  const Scenario part = parts_of(scenario).front();
+  const Scenario part = parts_at_start(scenario).front();
   Experiment experiment = make_experiment(part);
   const PlantModel model(part);
   const CurrentModel current{model, SearchSpace(model, part), {1.0}, {}};
@@ -83,7 +93,7 @@ TEST(Parts, PutTogetherPredictWhatEachDid) {
   std::vector<Experiment> experiments;
   std::vector<CurrentModel> models;
   std::vector<Eigen::VectorXd> residuals;
-  for (const Scenario& part : parts_of(scenario)) {
+  for (const Scenario& part : parts_at_start(scenario)) {
     experiments.push_back(make_experiment(part));
     CurrentModel one = part_of(whole, whole_experiment, part, experiments.back());
     EXPECT_EQ(one.weights, std::vector<double>{kPartReading});
@@ -114,6 +124,50 @@ TEST(Parts, PutTogetherPredictWhatEachDid) {
   }
 }
 
+/// Two rods, one on the other, each moved by a cylinder whose oil is so stiff; the recordings have `concealed`.
+Scenario rods_on_cylinders(double stiffness, std::vector<EffectSpec> concealed) {
+  const auto drive = [&](const char* joint) {
+    return actuator(joint, "flow_source", {{"gain", 0.5}, {"stiffness", stiffness}, {"damping", 0.01 * stiffness}});
+  };
+  const auto at_rest = [](int k) { return rested_drive(8.0, 7.3 * k, 2); };
+  const Start rest{{0.0, 0.0}, {0.0, 0.0}, false};
+  Scenario out = driven_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"),
+                                 {drive("shoulder"), drive("elbow")}, at_rest(0), rest);
+  Scenario truth = out;
+  out.recordings.clear();
+  truth.effects = std::move(concealed);
+  int k = 0;
+  for (const Role role : {Role::train, Role::validate, Role::test}) {
+    const auto seed = static_cast<std::uint64_t>(k) + 5;
+    add_recording(out,
+                  simulated_recording(truth, at_rest(k), rest, available_engines().front(),
+                                      "run_" + std::to_string(k) + ".csv", kPartReading, seed),
+                  role);
+    ++k;
+  }
+  out.identify = {{"gain", true, 0.2, 5.0, "test"}, {"mass", true, 0.2, 5.0, "test"}};
+  for (const char* joint : {"shoulder", "elbow"}) out.noise[ChannelKind::position][joint] = kPartReading;
+  return out;
+}
+constexpr double kStiffOil = 2e3, kSoftOil = 40.0;  // N m/rad, under rods of 5 N m
+
+TEST(Parts, AreJointsOfAChainThatItsDrivesMoveWhateverTheLoad) {
+  const auto worn = [] {
+    return std::vector<EffectSpec>{effect("valve_deadband", "shoulder", {{"d", 0.5}}),
+                                   effect("valve_deadband", "elbow", {{"d", 0.5}})};
+  };
+  const std::vector<Scenario> parts = parts_at_start(rods_on_cylinders(kStiffOil, worn()));
+  ASSERT_EQ(parts.size(), 2u);
+  for (const Scenario& part : parts) {
+    EXPECT_EQ(part.robot->dof(), 1);
+    EXPECT_EQ(part.robot->joints().front().name, part.name);
+    ASSERT_EQ(part.identify.size(), 1u) << "what a joint is loaded with is not its own";
+    EXPECT_EQ(part.identify.front().name, part.name + ".gain");
+  }
+  EXPECT_TRUE(parts_at_start(rods_on_cylinders(kSoftOil, worn())).empty()) << "one rod's weight moves the other";
+  EXPECT_TRUE(parts_at_start(rods_on_cylinders(kStiffOil, {})).empty()) << "nothing is missing: noise is all there is";
+}
+
 DiagnoseOptions quick() {
   DiagnoseOptions out;
   out.identify.optimizer = Optimizer::lsq;
@@ -136,6 +190,21 @@ TEST(Parts, EachHasItsOwnFinding) {
   EXPECT_NE(out.findings[0].place, out.findings[1].place);
   for (const auto& [joint, rms] : out.after.rms.back().second) EXPECT_LT(rms, 1.1 * kPartReading) << joint;
   EXPECT_TRUE(out.worse.empty());
+}
+
+TEST(Parts, OfAChainHaveFindingsOfTheirOwn) {
+  const Diagnosis out = diagnose(rods_on_cylinders(kStiffOil, {effect("valve_deadband", "shoulder", {{"d", 0.6}}),
+                                                               effect("actuator_saturation", "elbow", {{"cap", 1.2}})}),
+                                 quick());
+  EXPECT_EQ(out.verdict, Verdict::missing_physics);
+  ASSERT_EQ(out.findings.size(), 2u);
+  for (const Finding& f : out.findings) {
+    const bool elbow = f.place == "elbow";
+    EXPECT_TRUE(std::count(f.members.begin(), f.members.end(), elbow ? "actuator_saturation" : "valve_deadband"))
+        << f.effect << " at " << f.place;
+  }
+  EXPECT_NE(out.findings[0].place, out.findings[1].place);
+  for (const auto& [joint, rms] : out.after.rms.back().second) EXPECT_LT(rms, 1.1 * kPartReading) << joint;
 }
 
 TEST(Parts, SayNothingOfOneThatIsComplete) {

@@ -40,6 +40,26 @@ TEST(LockedJoints, WeldedLinksKeepTheirMassesAndTheirInfluence) {
   EXPECT_NEAR(model.inertials(values).front().mass, before + 2.0, 1e-12);
 }
 
+TEST(LockedJoints, StandWhereTheyAreFixed) {
+  const std::shared_ptr<const Robot> robot = bundled_robot("hydrolek/hydrolek.urdf");
+  const std::vector<double> q{0.3, -0.5, 0.8, 1.1, -0.4, 0.2, 0.1}, still(7, 0.0);
+  std::vector<bool> fixed(7, true);
+  fixed[2] = false;
+  const std::shared_ptr<const Robot> one = robot->with_joints_fixed(fixed, q);
+  ASSERT_EQ(one->dof(), 1);
+  EXPECT_EQ(one->joints().front().name, robot->joints()[2].name);
+  for (const std::string& engine : available_engines()) {
+    SCOPED_TRACE(engine);
+    std::vector<double> all(7), own(1), a(7, 0.0);
+    a[2] = 0.7;
+    const Eigen::Vector3d down(0.0, 0.0, -9.81);
+    const auto whole_arm = find_engine(engine).build(robot, down), part = find_engine(engine).build(one, down);
+    whole_arm->inverse_dynamics(q, still, a, all);
+    part->inverse_dynamics(std::vector{q[2]}, std::vector{0.0}, std::vector{a[2]}, own);
+    EXPECT_NEAR(own[0], all[2], (engine == "ode" ? 1e-6 : 1e-9) * std::fabs(all[2]));
+  }
+}
+
 TEST(LockedJoints, WhateverElseIsAtAJointKeepsItFree) {
   const auto fixed_of = [](auto change) {
     Scenario scenario = bundled("joint_2_table1.yaml", false);
