@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/coarse.h"
 #include "diagnosis/locate.h"
 #include "diagnosis/parts.h"
 #include "diagnosis/set_search.h"
@@ -197,8 +198,15 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
     experiments.push_back(std::move(part.experiment));
   }
   found.model = put_together(before, experiment, models, experiments, found.simulator);
+  // One joint's friction may ask for steps that beside the rest of the whole change nothing but the time.
+  const double finest = found.simulator.max_step;
+  found.simulator = coarse_enough(found.model, experiment, found.simulator);
+  evaluate_at(found.model, found.model.fit.point, experiment, found.simulator);
   refit(found.model, experiment, found.simulator, quiet);
   look_for_effects_of_the_arm(found, experiment, before, control, saved, out, report);
+  if (finest >= found.simulator.max_step) return found;
+  found.simulator.max_step = found.step.step = finest;
+  refit(found.model, experiment, found.simulator, quiet, kRefitTolerance, nullptr, kFewIterations);
   return found;
 }
 
