@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <iterator>
 #include <map>
 
 #include "physics/actuators/table.h"
@@ -10,16 +9,15 @@
 namespace lacuna {
 namespace {
 
-constexpr double kWhile = 0.1;           ///< s, over which a change of position is looked at
-constexpr int kChartSteps = 24;          ///< between the smallest and the largest command
-constexpr double kLongestLate = 0.5;     ///< s, delay and lag searched
-constexpr int kCoarse = 10;              ///< steps of either
-constexpr int kRefinements = 2;          ///< each in steps a third as long
-constexpr double kSmooth = 1e-4;         ///< of a knot's mean weight: bridges commands that were never given
-constexpr double kBeyondTravel = 0.005;  ///< of the samples at either end: overshoots, one start from elsewhere
-constexpr double kNearEnd = 0.02;        ///< of the travel: where a stop may act
-constexpr double kMissedTravel = 0.05;   ///< of the travel, that the drive would have gone on at least
-constexpr double kYields = 0.2;          ///< of which it did at most
+constexpr double kWhile = 0.1;          ///< s, over which a change of position is looked at
+constexpr int kChartSteps = 24;         ///< between the smallest and the largest command
+constexpr double kLongestLate = 0.5;    ///< s, delay and lag searched
+constexpr int kCoarse = 10;             ///< steps of either
+constexpr int kRefinements = 2;         ///< each in steps a third as long
+constexpr double kSmooth = 1e-4;        ///< of a knot's mean weight: bridges commands that were never given
+constexpr double kNearEnd = 0.02;       ///< of the travel: where a stop may act
+constexpr double kMissedTravel = 0.05;  ///< of the travel, that the drive would have gone on at least
+constexpr double kYields = 0.2;         ///< of which it did at most
 
 /// One recording's commands and the spans of them that are compared.
 struct CommandWay {
@@ -93,14 +91,11 @@ class ChartFit {
   }
 
   void find_travel() {
-    std::vector<double> all;
-    for (const int s : experiment_.with_role(Role::train))
-      std::ranges::copy_if(experiment_.segments[static_cast<std::size_t>(s)].measured[channel_],
-                           std::back_inserter(all), [](double q) { return !std::isnan(q); });
-    if (all.empty()) return;
-    std::ranges::sort(all);
-    const auto beyond = static_cast<std::size_t>(kBeyondTravel * static_cast<double>(all.size()));
-    low_ = all[beyond], high_ = all[all.size() - 1 - beyond];
+    low_ = HUGE_VAL, high_ = -HUGE_VAL;
+    for (const int s : experiment_.with_role(Role::train)) {
+      for (const double q : experiment_.segments[static_cast<std::size_t>(s)].measured[channel_])
+        if (!std::isnan(q)) low_ = std::min(low_, q), high_ = std::max(high_, q);
+    }
   }
   double margin() const { return kNearEnd * (high_ - low_); }
 
@@ -218,7 +213,7 @@ class ChartFit {
       if (!near_an_end(w)) continue;
       const bool upper = 0.5 * (w.q0 + w.q1) > 0.5 * (low_ + high_);
       const double side = upper ? 1.0 : -1.0, outward = side * moved_by_chart(way_of(w, chart_.delay));
-      if (outward > 0.0) would[upper] += outward, did[upper] += side * (w.q1 - w.q0);
+      if (outward > 0.0) would[upper] += outward, did[upper] += std::max(0.0, side * (w.q1 - w.q0));
     }
     for (const bool upper : {false, true}) {
       if (would[upper] > kMissedTravel * (high_ - low_) && did[upper] < kYields * would[upper])

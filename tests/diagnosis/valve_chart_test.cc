@@ -59,16 +59,6 @@ TEST(ValveChart, ShowsWhereTheJointStandsAgainstItsDrive) {
   EXPECT_TRUE(std::isinf(chart.stops[0]));
 }
 
-TEST(ValveChart, FindsAStopBeyondWhichOneRecordingBegan) {
-  Scenario scenario = valve_block({effect("end_stop", "slide", {{"q_lim", 0.15}, {"k", 1e7}})});
-  auto moved = std::make_shared<Recording>(*scenario.recordings.front().data);
-  for (std::size_t k = 0; k < 3; ++k) moved->columns[2][k] = 0.2;
-  scenario.recordings.front().data = moved;
-  scenario.prediction = Windows{2.0};
-  const ValveChart chart = valve_charts(PlantModel(scenario), make_experiment(scenario)).front();
-  EXPECT_NEAR(chart.stops[1], 0.15, 2e-3);
-}
-
 TEST(ValveChart, IsOfDrivesThatIntegrateTheirFlowOnly) {
   Scenario scenario = valve_block({});
   scenario.actuators = {actuator("slide", "torque_source", {{"gain", 1.0}, {"damping", 2.0}, {"stiffness", 0.0}})};
