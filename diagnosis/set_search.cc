@@ -48,8 +48,6 @@ class SetSearch {
         standing_{{}, current} {
     for (const Finding& f : findings) {
       standing_.effects.push_back({f.effect, f.place, f.fixed, f.recordings, f.effect});
-      if (options_.skipped && options_.skipped(standing_.effects.back()))
-        judged_before_.emplace(place_of(standing_.effects.back()), f);
       std::vector<Rival>& rivals = rivals_[{f.effect, f.place}];
       for (const Rival& rival : f.rivals)
         if (rival.effect != f.effect && rivals.size() < kRivalsFitted) rivals.push_back(rival);
@@ -396,26 +394,24 @@ class SetSearch {
     std::vector<Contestant> rivals;
   };
 
-  /// [member]: what each is held against; a rival that turns out to be the better one stands instead first. Nothing of
-  /// those that were judged before.
+  /// [member]: what each is held against; a rival that turns out to be the better one stands instead first.
   std::vector<Around> surroundings() {
     std::vector<Around> out;
     bool exchanged = false;
     const std::vector<EffectSpec> members = standing_.effects;
     for (const EffectSpec& member : members) {
       progress(0.7 + 0.15 * static_cast<double>(out.size()) / static_cast<double>(members.size()));
-      out.push_back(was_judged(member) ? Around{} : around(index_of(member)));
+      out.push_back(around(index_of(member)));
       exchanged = exchange(member, out.back()) || exchanged;
     }
     if (!exchanged) return out;
     out.clear();
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
       progress(0.85 + 0.15 * static_cast<double>(k) / static_cast<double>(standing_.effects.size()));
-      out.push_back(was_judged(standing_.effects[k]) ? Around{} : around(k));
+      out.push_back(around(k));
     }
     return out;
   }
-  bool was_judged(const EffectSpec& member) const { return judged_before_.count(place_of(member)) > 0; }
   std::size_t index_of(const EffectSpec& member) const {
     const auto at = std::find_if(standing_.effects.begin(), standing_.effects.end(),
                                  [&](const EffectSpec& spec) { return place_of(spec) == place_of(member); });
@@ -474,10 +470,6 @@ class SetSearch {
     std::vector<Finding> out;
     const std::vector<Around> around = surroundings();
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
-      if (was_judged(standing_.effects[k])) {
-        out.push_back(judged_before_.at(place_of(standing_.effects[k])));
-        continue;
-      }
       Finding finding = judged(k, around[k]);
       const bool predicts = finding.heldout_gain > 0.0;
       if (predicts && class_probability(finding) >= kClaimed) {
@@ -562,7 +554,6 @@ class SetSearch {
   std::set<NamedPlace> refused_;   ///< put in without success
   std::set<NamedPlace> hopeless_;  ///< promised too little at the last look
   std::map<NamedPlace, std::vector<Rival>> rivals_;
-  std::map<NamedPlace, Finding> judged_before_;  ///< members that this search does not look for, as they were found
   std::vector<std::vector<Candidate>> rounds_;
   std::vector<std::string> notes_;
 };

@@ -34,7 +34,7 @@ struct SetSearchOptions {
   RunControl control;
   std::uint64_t seed = 1;
   std::function<void(double done)> progress = {};
-  std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in; of such members findings stay
+  std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in
   std::vector<ValveStart> valves = {};                  ///< put in first, each joint's whole
 };
 
