@@ -198,7 +198,7 @@ MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment
     experiments.push_back(std::move(part.experiment));
   }
   found.model = put_together(before, experiment, models, experiments, found.simulator);
-  // One joint's friction may ask for steps that beside the rest of the whole change nothing but the time.
+  // One joint's friction may ask for steps that change nothing beside what the whole still leaves: last, then.
   const double finest = found.simulator.max_step;
   found.simulator = coarse_enough(found.model, experiment, found.simulator);
   evaluate_at(found.model, found.model.fit.point, experiment, found.simulator);

@@ -68,12 +68,8 @@ std::vector<double> by_name(const PlantModel& to, std::vector<double> values, co
   return values;
 }
 
-bool has_effect_of_the_arm(const PlantModel& model) {
-  return std::any_of(model.effects().begin(), model.effects().end(), [](const Component& c) { return c.joint < 0; });
-}
-
-/// What the plain model of a joint that gives its flow whatever the others do: the whole machine's values, and its own
-/// searched. What it is loaded with is not its own.
+/// The scenario of one joint of a chain, with the values that were identified on the whole. Searched is what belongs to
+/// the joint itself; the masses that it is loaded with do not.
 Scenario alone(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain, int j) {
   const Scenario fitted = with_values(scenario, plain.model, plain.space.expand(plain.fit.point));
   Scenario out = restricted(fitted, experiment, {j});

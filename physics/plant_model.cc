@@ -358,11 +358,15 @@ std::string PlantModel::place_name(const Component& component) const {
   return component.joint < 0 ? "arm" : robot_->joints()[static_cast<std::size_t>(component.joint)].name;
 }
 
+bool has_effect_of_the_arm(const PlantModel& model) {
+  return std::any_of(model.effects().begin(), model.effects().end(),
+                     [](const Component& effect) { return effect.joint < 0; });
+}
+
 std::vector<int> branches(const PlantModel& model) {
   const std::vector<Joint>& joints = model.robot().joints();
   std::vector<int> out(joints.size(), 0);
-  const auto whole = [](const Component& effect) { return effect.joint < 0; };
-  if (std::any_of(model.effects().begin(), model.effects().end(), whole)) return out;
+  if (has_effect_of_the_arm(model)) return out;
   for (std::size_t j = 0; j < joints.size(); ++j)
     out[j] = joints[j].parent < 0 ? static_cast<int>(j) : out[static_cast<std::size_t>(joints[j].parent)];
   return out;

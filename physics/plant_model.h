@@ -104,6 +104,9 @@ class PlantModel {
   std::vector<Component> actuators_, effects_;
 };
 
+/// Whether an effect acts on the whole arm: then every joint may move every other.
+bool has_effect_of_the_arm(const PlantModel& model);
+
 /// [joint]: the branch of the tree on which it sits, by the branch's first joint, where what moves on one branch cannot
 /// move another: the base stands still and no effect acts on the whole arm. Else all of them 0.
 std::vector<int> branches(const PlantModel& model);
