@@ -104,11 +104,24 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
   } else {
     for (int j = 0; j < current.model.dof(); ++j) {
       if (!can_act(info, hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
+      if (info.metering && !lets_flow(drive_of(current, j))) continue;
       if (needs_flow(find_effect(info.name)) && !integrates_flow(drive_of(current, j))) continue;
-      out.push_back({info.name, experiment.joint_names[static_cast<std::size_t>(j)], {}, {}, info.name});
+      out.push_back({info.name,
+                     experiment.joint_names[static_cast<std::size_t>(j)],
+                     form_of(info, current.model, experiment, j),
+                     {},
+                     info.name});
     }
   }
   std::erase_if(out, [&](const EffectSpec& s) { return current.model.find_effect_at(s.effect, s.place) >= 0; });
+  return out;
+}
+
+std::map<std::string, double> form_of(const EffectInfo& info, const PlantModel& model, const Experiment& experiment,
+                                      int joint) {
+  std::map<std::string, double> out;
+  for (const ParameterInfo& p : info.parameters)
+    if (p.structural) out[p.name] = typical_size(p.scale, model, experiment, joint, model.values());
   return out;
 }
 

@@ -1,6 +1,7 @@
 // What may be missing: where an effect can act, what is searched of it there, and the present model with it.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,11 @@ struct CurrentModel {
 /// An effect at each place where it can show and does not stand yet: on a command or an actuator where there is one, on
 /// a motion where it is measured and moves, on a reading where positions are predicted.
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment);
+
+/// What an effect at a joint is made of, where its form hangs on the size of the recordings
+/// (ParameterInfo::structural).
+std::map<std::string, double> form_of(const EffectInfo& info, const PlantModel& model, const Experiment& experiment,
+                                      int joint);
 
 /// Axes of an effect's own parameters in `model`, where it stands at `component`; those that `spec` names are fixed.
 std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experiment, const Component& component,

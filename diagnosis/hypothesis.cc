@@ -242,16 +242,18 @@ bool Hypotheses::is_determined(const Hypothesis& h, const EffectSpec& spec) cons
   Problem problem(now.model, experiment_, now.space, simulator_, now.weights);
   describe_fit(now.model, now.space, problem, train_, fit);
   const bool shared = effect_info(spec.effect).shares;
-  int determined = 0;
+  int determined = 0, strengths = 0;
   for (const std::size_t a : own_axes(now, spec)) {
     const Axis& axis = now.space.axes()[a];
     const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-    if (shared ? !p.info->per_joint : !is_strength(*p.info)) continue;
+    const bool from_infinity = p.info->coordinate == Coordinate::inverse && !p.info->optional;
+    if (shared ? !p.info->per_joint : !is_strength(*p.info) && !from_infinity) continue;
     const auto i = static_cast<Eigen::Index>(a);
     const double error = std::sqrt(fit.identifiability.covariance(i, i));
+    ++strengths;
     determined += std::fabs(now.fit.point[a] - axis.at(p.neutral)) > kDetermined * error;
   }
-  return determined >= (shared ? 2 : 1);
+  return strengths == 0 || determined >= (shared ? 2 : 1);
 }
 
 }  // namespace lacuna

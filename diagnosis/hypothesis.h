@@ -103,8 +103,8 @@ class Hypotheses {
   /// that grows towards rest beside no sliding friction at all), or too near neutral to be what its name says. Optional
   /// shapes may stand there.
   bool ends_within(const Hypothesis& h, const EffectSpec& spec) const;
-  /// Whether one of its strengths is off neutral by more than two standard errors; of what joints share, two joints'
-  /// parts in it.
+  /// Whether one of its strengths is off neutral by more than two standard errors (or none is free); of what joints
+  /// share, two joints' parts in it.
   bool is_determined(const Hypothesis& h, const EffectSpec& spec) const;
 
   /// Effects and places that the catalogue offers beside the plain model.

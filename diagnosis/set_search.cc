@@ -471,18 +471,22 @@ class SetSearch {
     const std::vector<Around> around = surroundings();
     for (std::size_t k = 0; k < standing_.effects.size(); ++k) {
       Finding finding = judged(k, around[k]);
-      const bool predicts = finding.heldout_gain > 0.0;
-      if (predicts && class_probability(finding) >= kClaimed) {
+      const std::string doubt = doubt_about(finding, standing_.effects[k]);
+      if (doubt.empty())
         out.push_back(std::move(finding));
-        continue;
-      }
-      notes_.push_back(fmt::format(
-          "{} at {} stays in the model, but is not claimed: {}", finding.effect, finding.place,
-          predicts ? fmt::format("that it is that or one of its class has a probability of {:.2f}",
-                                 class_probability(finding))
-                   : "the recordings that were fitted ask for it, and the validate ones do not confirm it"));
+      else
+        notes_.push_back(
+            fmt::format("{} at {} stays in the model, but is not claimed: {}", finding.effect, finding.place, doubt));
     }
     return out;
+  }
+  /// Why a member is no finding; empty: it is one.
+  std::string doubt_about(const Finding& finding, const EffectSpec& spec) const {
+    if (!(finding.heldout_gain > 0.0))
+      return "the recordings that were fitted ask for it, and the validate ones do not confirm it";
+    if (!sets_.is_determined(standing_, spec)) return "the recordings do not tell how strong it is from none at all";
+    if (class_probability(finding) >= kClaimed) return "";
+    return fmt::format("that it is that or one of its class has a probability of {:.2f}", class_probability(finding));
   }
 
   Finding judged(std::size_t k, const Around& around) const {

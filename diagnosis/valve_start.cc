@@ -209,7 +209,8 @@ ScreenedEffect start_at(const CurrentModel& current, const Experiment& experimen
   const bool stops_flow = stops_the_flow(current.model, spec);
   for (const ParameterInfo& p : info.parameters) {
     const double value = spec.parameters.at(p.name);
-    if ((p.optional && value == p.neutral) || (stops_flow && p.least > 0.0)) out.spec.parameters[p.name] = value;
+    if (p.structural || (p.optional && value == p.neutral) || (stops_flow && p.least > 0.0))
+      out.spec.parameters[p.name] = value;
   }
   const PlantModel model = current.model.with_effects({out.spec});
   for (const Axis& axis : effect_axes(model, experiment, model.effects().back(), out.spec)) {

@@ -20,8 +20,9 @@ struct ValveStart {
   std::vector<EffectSpec> effects;  ///< in the order of the catalogue; all their numbers given
 };
 
-/// `spec` with all its numbers given, as a search has it: those that are a law's optional shape fixed where they are
-/// neutral, a contact's stiffness where the drive's flow ends at it, the others free and begun at these.
+/// `spec` with all its numbers given, as a search has it: those that say what a law is made of fixed, and its optional
+/// shape where that is neutral, a contact's stiffness where the drive's flow ends at it, the others free and begun at
+/// these.
 ScreenedEffect start_at(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec);
 
 /// Of every joint that has a chart.

@@ -90,7 +90,8 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coor
     for (const int index : found) {
       const ParameterInfo* info = model.parameters()[static_cast<std::size_t>(index)].info;
       if (info != nullptr && info->structural)
-        throw InputError(spec.where, quoted(spec.name), "a number that can be searched, not the form of a learned law");
+        throw InputError(spec.where, quoted(spec.name),
+                         "a number that can be searched, not one that says what a law is made of");
       const Axis axis = axis_for(model, spec, index, coordinates);
       const auto same = std::find_if(axes_.begin(), axes_.end(), [&](const Axis& a) { return a.parameter == index; });
       if (same == axes_.end()) {

@@ -32,6 +32,9 @@ int find_effect(const std::string& name) { return find_in(effect_table(), name);
 bool integrates_flow(int actuator) {
   return actuator >= 0 && Actuators::hooks<double>()[static_cast<std::size_t>(actuator)].flow != nullptr;
 }
+bool lets_flow(int actuator) {
+  return integrates_flow(actuator) || (actuator >= 0 && actuator_table()[static_cast<std::size_t>(actuator)].chambers);
+}
 bool needs_flow(int effect) {
   const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect)];
   return hooks.taken != nullptr && hooks.effort == nullptr;

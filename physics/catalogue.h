@@ -51,6 +51,7 @@ struct EffectInfo {
   /// The effect that is left of it where what is its own cannot be seen: of a spring too stiff to be followed, the
   /// inertia behind it. Null: none.
   const char* contains = nullptr;
+  bool metering = false;   ///< a law of the flow through a valve: sought where the command lets a flow, not an effort
   bool hydraulic = false;  ///< its cause is a valve's or cylinder's: not sought where the effort itself is commanded
   /// Sought where efforts are predicted: of positions alone, its numbers and those of others that do the same to a
   /// motion (a valve's offset, an actuator's damping, a shifted centre of mass) are hardly told apart. A scenario may
@@ -78,6 +79,8 @@ double strengthened(const EffectInfo& effect, const ParameterInfo& p, double val
 
 /// Whether an actuator (index in the table; -1: none) integrates the flow of its valve.
 bool integrates_flow(int actuator);
+/// Whether its command lets a flow: into the position that it integrates, or into chambers.
+bool lets_flow(int actuator);
 /// Whether an effect acts on that flow alone: it means nothing to other actuators.
 bool needs_flow(int effect);
 

@@ -44,13 +44,14 @@
 #include "physics/effects/valve_deadband.h"
 #include "physics/effects/valve_hysteresis.h"
 #include "physics/effects/valve_offset.h"
+#include "physics/effects/valve_opening.h"
 #include "physics/effects/viscous_friction.h"
 
 namespace lacuna {
 
 using Effects =
-    ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveHysteresis, ActuatorSaturation, ValveAsymmetry,
-                  LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag,
+    ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveOpening, ValveHysteresis, ActuatorSaturation,
+                  ValveAsymmetry, LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag,
                   OrificeLoadDependence, Leakage, CoulombFriction, CoulombAsymmetry, StribeckFriction,
                   LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction, QuadraticDamping,
                   DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop, GearRipple, Backlash,

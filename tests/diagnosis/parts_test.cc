@@ -205,6 +205,14 @@ TEST(Parts, OfAChainHaveFindingsOfTheirOwn) {
   expect_found(out, {{"shoulder", "valve_deadband"}, {"elbow", "actuator_saturation"}});
 }
 
+TEST(Parts, MayOpenGradually) {
+  const Diagnosis out =
+      diagnose(rods_on_cylinders(kStiffOil, {effect("valve_deadband", "shoulder", {{"d", 0.6}}),
+                                             effect("valve_opening", "elbow", {{"c", 0.7}, {"full", 1.0}})}),
+               quick());
+  expect_found(out, {{"shoulder", "valve_deadband"}, {"elbow", "valve_opening"}});
+}
+
 TEST(Parts, SayNothingOfOneThatIsComplete) {
   const Diagnosis out = diagnose(identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), quick());
   ASSERT_EQ(out.findings.size(), 1u);

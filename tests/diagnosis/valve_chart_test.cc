@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/candidates.h"
 #include "diagnosis/valve_start.h"
 #include "tests/diagnosis/valve_blocks.h"
 
@@ -88,6 +89,19 @@ TEST(ValveStart, NamesWhatTheChartShowsAndNothingElse) {
   }
   EXPECT_EQ(found, truth.size());
   EXPECT_NEAR(starts.front().gain, kValveGain, kOfTheChart * kValveGain);
+}
+
+TEST(ValveOpening, IsSoughtWhereTheCommandLetsAFlow) {
+  Scenario scenario = valve_block({});
+  const EffectInfo& opening = effect_table()[static_cast<std::size_t>(find_effect("valve_opening"))];
+  const auto places = [&] {
+    const PlantModel model(scenario);
+    return places_of(opening, {model, SearchSpace(model, scenario), {1.0}, {}}, make_experiment(scenario));
+  };
+  ASSERT_EQ(places().size(), 1u);
+  EXPECT_EQ(places().front().place, "slide");
+  scenario.actuators = {actuator("slide", "torque_source", {{"gain", 1.0}, {"damping", 2.0}, {"stiffness", 0.0}})};
+  EXPECT_TRUE(places().empty());
 }
 
 TEST(ValveStart, IsWhereASearchBegins) {
