@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "backends/engine.h"
+#include "physics/plant_model.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "scenarios/text.h"
@@ -77,6 +78,11 @@ void print(const std::string& text) {
 
 void log_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) spdlog::info(note);
+}
+
+void log_notes(const Scenario& scenario) {
+  log_notes(scenario.notes);
+  log_notes(idle_effects(scenario));
 }
 
 fs::path Session::output_folder(const Scenario& scenario) const {

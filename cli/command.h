@@ -60,6 +60,8 @@ void stop_with(const Ranks& ranks);
 void print(const std::string& text);
 /// What loading noticed, to the log.
 void log_notes(const std::vector<std::string>& notes);
+/// The same of a scenario, and what in it does nothing.
+void log_notes(const Scenario& scenario);
 
 /// A file name made of a user's text: letters, digits, '.', '_', '-'; never hidden, never empty.
 std::string file_name(const std::string& text);

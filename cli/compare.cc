@@ -233,7 +233,7 @@ class CompareRun {
   void compare(const fs::path& file, bool last) {
     Scenario scenario = loaded(file, flags_);
     if (!flags_.no_pictures) load_meshes(scenario, flags_.package_paths);
-    log_notes(scenario.notes);
+    log_notes(scenario);
     const bool drawn = !flags_.no_pictures && pictures_.empty() && (last || worth_drawing(scenario));
     std::vector<EngineRun> runs;
     comparison_.scenarios.push_back(compare_engines(scenario, options_, drawn ? &runs : nullptr));

@@ -182,7 +182,7 @@ void run(Session& session, const ConcealFlags& flags) {
   const ConcealOptions options = understood(session, flags);
   if (session.output.empty()) throw InputError("--output", "nothing", "-o DIR, the folder of the new case");
   const Scenario scenario = load_scenario(session.scenario_file);
-  log_notes(scenario.notes);
+  log_notes(scenario);
   const fs::path folder = session.output;
   refuse_sealed(folder);
   refuse_overwriting(scenario.file, folder / "scenario.yaml");

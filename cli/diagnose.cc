@@ -72,7 +72,7 @@ void run(Session& session, const DiagnoseFlags& flags) {
   load_meshes(loaded, flags.identify.package_paths);
   const Scenario scenario = std::move(loaded);
   check_diagnosable(scenario);
-  log_notes(scenario.notes);
+  log_notes(scenario);
   const fs::path folder = session.output_folder(scenario);
   refuse_overwriting(scenario.file, folder / kScenarioName);
   const Diagnosis diagnosis = [&] {

@@ -103,7 +103,7 @@ void run(Session& session, const DiffFlags& flags) {
   for (Scenario* set : {&sets.first, &sets.second}) load_meshes(*set, flags.diagnose.identify.package_paths);
   const auto& [a, b] = sets;
   check_diagnosable(a), check_diagnosable(b);
-  log_notes(a.notes), log_notes(b.notes);
+  log_notes(a), log_notes(b);
   const fs::path folder = folder_for(session, a, b);
   const Diff diff = compared(session, flags, a, b, folder);
   if (!session.first()) return;

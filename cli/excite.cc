@@ -61,7 +61,7 @@ void run(Session& session, const ExciteFlags& flags) {
   DesignOptions options;
   options.shape = shape_from_name(flags.shape);
   const Scenario scenario = load_scenario(session.scenario_file);
-  log_notes(scenario.notes);
+  log_notes(scenario);
   const Trial trial = make_trial(scenario, nullptr);
   const MotionLimits limits = motion_limits(trial, flags.command, flags.reach, flags.speed);
   const fs::path folder = session.output_folder(scenario), csv = folder / "excitation.csv";

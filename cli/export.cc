@@ -35,7 +35,7 @@ void run(const Session& session, const ExportOptions& options) {
     throw InputError("--format", quoted(options.format), "mjcf or urdf");
   const Scenario scenario = load_scenario(session.scenario_file, {.load_recordings = false});
   const SetPlant plant = plant_with(scenario, options.settings);
-  log_notes(scenario.notes);
+  log_notes(scenario);
   const bool mjcf = options.format == "mjcf";
   const std::string text = mjcf ? to_mjcf(plant.model, plant.values) : urdf_text(plant);
   Json record = {

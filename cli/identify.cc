@@ -42,7 +42,7 @@ Search load_search(const std::string& file, const IdentifyFlags& flags) {
                      "at least one, as gain: {relative_bounds: [0.5, 2]}");
   if (experiment.with_role(Role::train).empty())
     throw InputError(scenario.file.string() + ": recordings", "none with role train", "at least one");
-  log_notes(scenario.notes);
+  log_notes(scenario);
   return {std::move(scenario), std::move(model), std::move(experiment), std::move(space)};
 }
 

@@ -102,7 +102,7 @@ void run(const Session& session, const RenderOptions& options) {
       throw InputError("--width, --height", fmt::format("{} pixels", side), fmt::format("1 to {}", kMaxImageSide));
   if (std::string reason; !render_available(&reason)) throw WorkError("no pictures: " + reason);
   load_meshes(scenario, options.package_paths);
-  log_notes(scenario.notes);
+  log_notes(scenario);
   const fs::path folder = session.output_folder(scenario);
   Json pictures = Json::array();
   std::vector<std::string> written;

@@ -259,7 +259,7 @@ void run_simulators(Session& session, const SimulatorFlags& flags) {
   const auto begun = std::chrono::steady_clock::now();
   two_engines(flags.engines);  // refuses at once
   const Scenario scenario = load_scenario(session.scenario_file);
-  log_notes(scenario.notes);
+  log_notes(scenario);
   const fs::path folder = session.output_folder(scenario);
   SimulatorComparison comparison = compared(session, flags, scenario, folder);
   comparison.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();

@@ -36,7 +36,7 @@ struct Case {
 
 Case load_case(const std::string& file, const StudyFlags& flags) {
   Case out{load_scenario(file), std::nullopt};
-  log_notes(out.scenario.notes);
+  log_notes(out.scenario);
   std::optional<fs::path> truth = find_truth(out.scenario);
   if (!flags.truth.empty()) truth = flags.truth;
   if (truth) out.truth = load_scenario(*truth, {.load_recordings = false});

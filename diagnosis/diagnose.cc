@@ -288,7 +288,9 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
 }
 
 void note_missing(const Scenario& scenario, Diagnosis& out) {
-  out.notes.insert(out.notes.begin(), scenario.notes.begin(), scenario.notes.end());
+  std::vector<std::string> given = scenario.notes;
+  for (std::string& idle : idle_effects(scenario)) given.push_back(std::move(idle));
+  out.notes.insert(out.notes.begin(), given.begin(), given.end());
   if (out.after.step.error_over_noise >= 0.1) {
     out.notes.push_back(fmt::format(
         "integration error is {:.2g} of the noise at steps of {:.2g} ms, and shorter ones do little better: "

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "diagnosis/baseline.h"
+#include "diagnosis/coarse.h"
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/prior.h"
@@ -173,6 +175,14 @@ std::vector<Changeable> plain_changeables(const Side& side) {
   return out;
 }
 
+/// Simulates one side at the longest steps that do not matter beside what its own diagnosis leaves.
+void choose_coarse_step(Side& side, const std::vector<double>& own) {
+  CurrentModel model = side.model;
+  evaluate_at(model, own, side.experiment, side.simulator);
+  change_weights(model, side.experiment, side.simulator, weights_from(model, side.experiment, side.simulator));
+  side.simulator = coarse_enough(model, side.experiment, side.simulator);
+}
+
 /// Fits one side from each of the starts; the fit that leaves least stays.
 void fit_side(Side& side, const std::vector<std::vector<double>>& starts, const RunControl& control,
               const std::string& name) {
@@ -286,6 +296,7 @@ Structure common_structure(const DiagnosedSet& set_a, const DiagnosedSet& set_b,
   for (Side* side : {&a, &b})
     attach_start_effects(side->experiment, side->model.model, side->simulator,
                          side->model.space.expand(side == &a ? own_a : own_b));
+  choose_coarse_step(a, own_a), choose_coarse_step(b, own_b);
   fit_side(a, {own_a, other_a}, control, set_a.scenario.name);
   fit_side(b, {own_b, other_b}, control, set_b.scenario.name);
   return out;

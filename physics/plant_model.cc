@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "physics/effects/learned_curve.h"
 #include "physics/effects/table.h"
 #include "physics/units.h"
 #include "scenarios/error.h"
+#include "scenarios/text.h"
 
 namespace lacuna {
 namespace {
@@ -356,6 +358,31 @@ Eigen::Vector3d PlantModel::gravity(std::span<const double> values) const {
 
 std::string PlantModel::place_name(const Component& component) const {
   return component.joint < 0 ? "arm" : robot_->joints()[static_cast<std::size_t>(component.joint)].name;
+}
+
+std::vector<std::string> idle_effects(const Scenario& scenario) {
+  const PlantModel model(scenario);
+  std::set<int> searched;
+  for (const IdentifySpec& spec : scenario.identify)
+    for (const int index : model.matching(spec.name)) searched.insert(index);
+  std::vector<std::string> out;
+  for (const Component& effect : model.effects()) {
+    const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect.type)];
+    const ParameterInfo& lead = leading_parameter(info);
+    std::string idle;
+    bool acts = info.learned;
+    for (int index = effect.first; index < effect.first + effect.count; ++index) {
+      const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+      const bool strength = info.as_one || p.info->scale == lead.scale;
+      if (!strength || p.info->optional || p.info->structural) continue;
+      acts = acts || p.value != p.neutral || searched.count(index) > 0;
+      idle += fmt::format("{}{} = {:g}", idle.empty() ? "" : ", ", p.key, p.value);
+    }
+    if (!acts)
+      out.push_back(
+          fmt::format("effects: {} at {} does nothing: {}", info.name, printable(model.place_name(effect), 60), idle));
+  }
+  return out;
 }
 
 bool has_effect_of_the_arm(const PlantModel& model) {

@@ -104,6 +104,9 @@ class PlantModel {
   std::vector<Component> actuators_, effects_;
 };
 
+/// In words, of each effect of a scenario that does nothing as it is given, and that `identify` leaves as it is.
+std::vector<std::string> idle_effects(const Scenario& scenario);
+
 /// Whether an effect acts on the whole arm: then every joint may move every other.
 bool has_effect_of_the_arm(const PlantModel& model);
 

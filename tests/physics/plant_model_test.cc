@@ -177,6 +177,16 @@ TEST(PlantModel, SwitchesAnEffectOffInRecordingsThatItDoesNotName) {
   EXPECT_EQ(model.values_in("c.csv", model.values())[m], 0.0);
 }
 
+TEST(PlantModel, SaysWhichEffectsDoNothingAsTheyAreGiven) {
+  Scenario scenario = pendulum_with(
+      {drive()}, {effect("end_stop", "swing", {{"q_lim", 0.5}}), effect("coulomb_friction", "swing", {{"Fc", 1.0}})});
+  const std::vector<std::string> idle = idle_effects(scenario);
+  ASSERT_EQ(idle.size(), 1u);
+  EXPECT_NE(idle.front().find("end_stop at swing does nothing: k = 0"), std::string::npos) << idle.front();
+  scenario.identify = {{"swing.end_stop.k", false, 0.0, 1e4, "test"}};
+  EXPECT_TRUE(idle_effects(scenario).empty()) << "it is searched from there";
+}
+
 TEST(PlantModel, WithEffectsLeavesTheOriginalAndTheOldValuesAlone) {
   const PlantModel plain(pendulum_with({drive()}));
   const PlantModel more = plain.with_effects({effect("valve_offset", "swing", {{"b", 0.1}})});
