@@ -341,12 +341,16 @@ class EventSet {
     size();
   }
   void remove(std::size_t k) {
-    const std::vector<FoundEvent> old = std::move(events_);
-    events_.clear();
-    columns_.resize(left_.size(), 0), normal_.resize(0, 0);
-    for (std::size_t i = 0; i < old.size(); ++i)
-      if (i != k) add(old[i]);
-    if (events_.empty()) left_ = view_.rest();
+    std::vector<Eigen::Index> stay;
+    for (std::size_t i = 0; i < events_.size(); ++i)
+      if (i != k) stay.push_back(static_cast<Eigen::Index>(i));
+    events_.erase(events_.begin() + static_cast<std::ptrdiff_t>(k));
+    columns_ = columns_(Eigen::all, stay).eval();
+    normal_ = normal_(stay, stay).eval();
+    if (events_.empty())
+      left_ = view_.rest();
+    else
+      size();
   }
 
  private:
@@ -448,11 +452,14 @@ std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel
   const EventView view = noise.in_units_of(offered.left());
   EventSet set(view);
   for (const FoundEvent& event : offered.events()) set.add(event);
-  // What is not needed is taken out, the weakest first; the others' edges move into its place.
+  // What is not needed is taken out, the weakest first; the edges of the others in its segment move into its place.
+  std::optional<int> unsettled;  // segment; at first all
   for (;;) {
-    for (std::size_t k = 0; k < set.events().size(); ++k) move_one(view, set, k);
+    for (std::size_t k = 0; k < set.events().size(); ++k)
+      if (!unsettled || set.events()[k].segment == *unsettled) move_one(view, set, k);
     const auto weakest = std::ranges::min_element(set.events(), {}, &FoundEvent::evidence);
     if (weakest == set.events().end() || weakest->evidence > kWorthLearning) break;
+    unsettled = weakest->segment;
     set.remove(static_cast<std::size_t>(weakest - set.events().begin()));
   }
   std::vector<FoundEvent> events = set.events();

@@ -7,7 +7,8 @@
 // a joint must together remove a quarter of what the findings before left above the noise there, as a single effect
 // must (decide.h). What the recordings show of valves directly goes in first, each joint's curve as a whole. At last
 // every member is held against the set without it and against each rival in its place, all fitted, over blocks of the
-// recordings drawn again; what the validate recordings do not confirm stays in the model, and is no finding.
+// recordings drawn again; what the validate recordings do not confirm, or what may as well be of no strength, stays in
+// the model and is no finding.
 #pragma once
 
 #include <functional>

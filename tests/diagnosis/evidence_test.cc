@@ -76,15 +76,15 @@ Eigen::VectorXd course(Eigen::Index n, Eigen::Index first, Eigen::Index count) {
 }
 
 TEST(HeldoutGain, OfAChangeThatIsNotThereIsLuckInWhiteAndInSlowNoise) {
-  constexpr Eigen::Index kSamples = 4000;
+  constexpr Eigen::Index kCount = 4000;
   constexpr double kKept = 0.9;  // of slow noise, from sample to sample
-  const std::vector<ResidualBlock> blocks{{0, 0, 0, kSamples}};
-  const Eigen::VectorXd change = 0.1 * course(kSamples, 0, kSamples);
+  const std::vector<ResidualBlock> blocks{{0, 0, 0, kCount}};
+  const Eigen::VectorXd change = 0.1 * course(kCount, 0, kCount);
   for (const bool slow : {false, true}) {
     int significant = 0;
     for (std::uint64_t k = 0; k < 100; ++k) {
-      Eigen::VectorXd noise = white(kSamples, k + 100);
-      for (Eigen::Index i = 1; slow && i < kSamples; ++i) noise(i) += kKept * noise(i - 1);
+      Eigen::VectorXd noise = white(kCount, k + 100);
+      for (Eigen::Index i = 1; slow && i < kCount; ++i) noise(i) += kKept * noise(i - 1);
       significant += heldout_gain(noise, noise - change, blocks).p_value < 0.02;
     }
     EXPECT_LE(significant, 8) << slow;  // 2 expected; more than 7 have a chance of 1 in 1,000
