@@ -68,6 +68,15 @@ struct Sets {
   Hypothesis none;
 };
 
+TEST(Hypotheses, TellAStrengthThatIsNoneAtInfinity) {
+  const EffectSpec saturation{"actuator_saturation", "swing", {{"n", 3.0}}, {}, "test"};
+  const Pendulum saturated({effect("actuator_saturation", "swing", {{"cap", 2.0}})});
+  Sets there(saturated), nowhere(complete());
+  const double start = 1.0 / 4.0;  // it is searched by its inverse
+  EXPECT_TRUE(there.all.is_determined(there.with(there.none, saturation, start), saturation));
+  EXPECT_FALSE(nowhere.all.is_determined(nowhere.with(nowhere.none, saturation, start), saturation));
+}
+
 TEST(Hypotheses, PreferWhatActedOnTrainAndOnHeldOutRecordings) {
   Sets sets(valve());
   const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
