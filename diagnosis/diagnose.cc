@@ -240,6 +240,8 @@ bool has_heap(const std::vector<Finding>& findings) {
 /// model was.
 LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
                             const SimulatorOptions& simulator, const RunControl& control) {
+  if (std::holds_alternative<InverseDynamics>(experiment.prediction))  // cheap: all of it
+    return learn_laws(plain, current, experiment, simulator, control);
   const Experiment enough = thinned(experiment);
   const bool fewer = enough.segments.size() < experiment.segments.size();
   const CurrentModel start = fewer ? seen_in(current, enough, simulator) : current;
@@ -259,7 +261,7 @@ LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& curre
 Experiment learn(const Scenario& scenario, const Experiment& experiment, const SimulatorOptions& simulator,
                  const RunControl& control, const CurrentModel& plain, CurrentModel& current, CurrentModel& named,
                  Diagnosis& out, const Report& report) {
-  if (!out.before.arrived) return experiment;
+  if (!out.before.arrived && !std::holds_alternative<InverseDynamics>(experiment.prediction)) return experiment;
   const auto laws = [&](const Experiment& of) {
     if (!out.learned.empty() || !((has_heap(out.findings) && std::holds_alternative<FreeRun>(of.prediction)) ||
                                   leaves_a_rest(current, of, simulator)))

@@ -180,9 +180,14 @@ const Hypothesis& Hypotheses::leaves_less(const Hypothesis& one, const Hypothesi
   return difference <= 0.0 ? one : other;
 }
 
-HeldoutDifference Hypotheses::heldout_difference(const Hypothesis& one, const Hypothesis& other) const {
+HeldoutDifference Hypotheses::heldout_difference(const Hypothesis& one, const Hypothesis& other,
+                                                 std::optional<int> joint) const {
   if (validate_.empty()) return {};
-  const Eigen::VectorXd less = heldout_rows(one, one), more = heldout_rows(other, one);
+  Eigen::VectorXd less = heldout_rows(one, one), more = heldout_rows(other, one);
+  if (joint) {
+    const std::vector<Eigen::Index> rows = heldout_rows_of(one.model, *joint);
+    less = Eigen::VectorXd(less(rows)), more = Eigen::VectorXd(more(rows));
+  }
   const Eigen::Index length = std::max<Eigen::Index>(1, less.size() / kHeldoutBlocks);
   HeldoutDifference out;
   double squares = 0.0, n = 0.0;
@@ -193,6 +198,15 @@ HeldoutDifference Hypotheses::heldout_difference(const Hypothesis& one, const Hy
   }
   out.error = n > 1.0 ? std::sqrt(std::max(0.0, squares - out.gain * out.gain / n)) : 0.0;
   out.share = 1.0 - less.squaredNorm() / std::max(more.squaredNorm(), 1e-300);
+  return out;
+}
+
+std::vector<Eigen::Index> Hypotheses::heldout_rows_of(const CurrentModel& model, int joint) const {
+  const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
+  std::vector<Eigen::Index> out;
+  for (const ResidualBlock& block : problem.layout(validate_))
+    if (experiment_.channels[static_cast<std::size_t>(block.channel)].joint == joint)
+      for (Eigen::Index k = 0; k < block.count; ++k) out.push_back(block.first + k);
   return out;
 }
 

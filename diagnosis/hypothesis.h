@@ -92,8 +92,10 @@ class Hypotheses {
 
   /// Log evidence of one fitted set over another, in the weights and with the colour of the one that leaves less.
   double log_odds(const Hypothesis& one, const Hypothesis& other) const;
-  /// What one set gains over another on the validate recordings; nothing where there are none.
-  HeldoutDifference heldout_difference(const Hypothesis& one, const Hypothesis& other) const;
+  /// What one set gains over another on the validate recordings, on all channels or on those of one joint; nothing
+  /// where there are none.
+  HeldoutDifference heldout_difference(const Hypothesis& one, const Hypothesis& other,
+                                       std::optional<int> joint = {}) const;
   /// log prior of a set, up to what all sets share.
   double log_prior(const std::vector<EffectSpec>& effects) const;
   /// Sets of train recordings that an effect in some of them could have been in.
@@ -113,6 +115,8 @@ class Hypotheses {
  private:
   std::vector<double> independent_weights(const CurrentModel& model) const;
   std::vector<double> floors(std::span<const double> weights) const;
+  /// Of the validate recordings' stacked residual, the rows of a joint's channels.
+  std::vector<Eigen::Index> heldout_rows_of(const CurrentModel& model, int joint) const;
   const Hypothesis& leaves_less(const Hypothesis& one, const Hypothesis& other) const;
   static double evidence_of(FittedRows rows, const Colour& colour);
 

@@ -47,13 +47,13 @@ Eigen::MatrixXd LawColumns::changes(const Learnable& law) const {
 }
 
 std::vector<double> LawColumns::course(std::size_t at, int joint, const Learnable::Variable& variable) const {
-  const MeasuredMotion& motion = *look_.motions()[at].between;
+  const MeasuredMotion& motion = look_.motion(at);
   const auto whose = static_cast<std::size_t>(variable.of > 0 ? variable.of - 1 : joint);
   if (variable.over == LearnedCurve::kPosition) return motion.q[whose];
   if (variable.over == LearnedCurve::kSpeed) return motion.v[whose];
   const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments_[at])];
   const auto first = segment.commands->value[whose].begin() + static_cast<std::ptrdiff_t>(segment.first);
-  return {first, first + static_cast<std::ptrdiff_t>(look_.motions()[at].intervals())};
+  return {first, first + static_cast<std::ptrdiff_t>(motion.samples())};
 }
 
 Eigen::MatrixXd LawColumns::weights(std::size_t at, const Learnable& law) const {

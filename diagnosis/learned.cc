@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -32,12 +33,13 @@ constexpr double kAtRest = 0.05;                      ///< of a joint's rms spee
 constexpr double kNotToldApart = 3.0;                 ///< log evidence: 20 to 1
 constexpr double kInterval = 1.96;                    ///< standard errors of a 95 % band
 
-constexpr double kLeastTaken = 0.25;  ///< of the validate recordings' rest, that it takes away: as of a finding
-constexpr int kRefitSteps = 5;        ///< of the plain parameters beside a curve on its way
-constexpr int kBends = 8;             ///< times that a curve is learned anew about the motion with it
-constexpr int kHalvings = 2;          ///< of steps that leave more
-constexpr double kStands = 0.01;      ///< relative change of what is left, under which it stays as it is
-constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
+constexpr double kLeastTaken = 0.25;     ///< of the validate recordings' rest, that it takes away: as of a finding
+constexpr double kLeastOfEfforts = 0.1;  ///< the same of efforts, at the joint (effort_search.cc)
+constexpr int kRefitSteps = 5;           ///< of the plain parameters beside a curve on its way
+constexpr int kBends = 8;                ///< times that a curve is learned anew about the motion with it
+constexpr int kHalvings = 2;             ///< of steps that leave more
+constexpr double kStands = 0.01;         ///< relative change of what is left, under which it stays as it is
+constexpr std::size_t kTried = 3;        ///< laws that are fitted in full before the search gives up
 
 /// A law of given variables, and the knots of the first one that are tried.
 struct Family {
@@ -50,8 +52,10 @@ class Learner {
   Learner(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
           const SimulatorOptions& simulator, const RunControl& control)
       : experiment_(experiment),
-        sets_(plain, experiment, simulator, control),
-        standing_{effects_beyond(plain.model, current), current} {}
+        sets_(plain, experiment, simulator, control, of_every_set(plain, current)),
+        standing_{effects_beyond(plain.model, current), current} {
+    std::erase_if(standing_.effects, is_of_every_set);
+  }
 
   LearnedLaws run() {
     LearnedLaws out{standing_.model, {}, {}, standing_.model};
@@ -60,8 +64,9 @@ class Learner {
     const std::vector<EffectSpec> names = named_effects();
     for (int law = 0; law < out.model.model.dof(); ++law) {
       if (!leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
-      const std::vector<Learnable> offered = offer();
-      if (offered.empty() || !learn(offered)) break;
+      // Where efforts are predicted a law is seen at its own joint alone, and each is looked at by itself.
+      const bool found = is_measured() ? learn(offer({law})) : learn(offer(every_joint()));
+      if (!found && !is_measured()) break;
     }
     if (kept_.empty()) return out;
     for (const EffectSpec& name : names)
@@ -74,13 +79,21 @@ class Learner {
   }
 
  private:
+  /// Sensitivities of effort transducers that are free to be other than stated: no finding, and never taken out.
+  static std::vector<EffectSpec> of_every_set(const CurrentModel& plain, const CurrentModel& current) {
+    std::vector<EffectSpec> out = effects_beyond(plain.model, current);
+    std::erase_if(out, [](const EffectSpec& spec) { return !is_of_every_set(spec); });
+    return out;
+  }
+  static bool is_of_every_set(const EffectSpec& spec) { return spec.effect == "effort_scale"; }
+
   /// Of every law that may be learned, the curve of most evidence; most first. Before the law is in, its own trace is
   /// all colour of the rest and the evidence says little: it ranks, nothing more.
-  std::vector<Learnable> offer() const {
+  std::vector<Learnable> offer(const std::vector<int>& joints) const {
     const About about(*this, standing_.model);
     std::vector<Learnable> out;
     if (!about.look.is_linearised()) return out;
-    for (int joint = 0; joint < standing_.model.model.dof(); ++joint)
+    for (const int joint : joints)
       for (const Family& family : families(about.along, joint))
         for (const int knots : family.resolutions) {
           out.push_back(family.law);
@@ -110,9 +123,15 @@ class Learner {
     return best;
   }
 
-  /// Whether recordings are simulated from end to end. In hundreds of windows of a second or two more than a joint's
-  /// own position and speed costs minutes.
+  /// Whether recordings are simulated from end to end.
   bool is_whole() const { return std::holds_alternative<FreeRun>(experiment_.prediction); }
+  /// Whether the motion is measured and efforts are predicted.
+  bool is_measured() const { return std::holds_alternative<InverseDynamics>(experiment_.prediction); }
+  std::vector<int> every_joint() const {
+    std::vector<int> out(static_cast<std::size_t>(standing_.model.model.dof()));
+    std::iota(out.begin(), out.end(), 0);
+    return out;
+  }
   /// What a law of a joint may depend on, where it has none of that stage yet.
   std::vector<Family> families(const LawColumns& along, int joint) const {
     using enum LearnedCurve::Variable;
@@ -126,7 +145,8 @@ class Learner {
     };
     add(Stage::link, {kPosition}, kFine);
     add(Stage::link, {kSpeed}, kSharp);
-    if (!is_whole()) return out;
+    // In hundreds of windows of a second or two more than a joint's own position and speed costs minutes.
+    if (std::holds_alternative<Windows>(experiment_.prediction)) return out;
     const double rest = kAtRest * experiment_.speed_rms[static_cast<std::size_t>(joint)];
     if (rest > 0.0) add(Stage::link, {kPosition}, kCoarse, Learnable::Variable{kSpeed, 0, -rest, rest, 2});
     add(Stage::link, {kPosition}, kOfMaps, Learnable::Variable{kSpeed, 0, 0.0, 0.0, kOfMaps.front()});
@@ -136,6 +156,7 @@ class Learner {
       add(Stage::link, {kSpeed, other}, kOfOthers);
       add(Stage::link, {kPosition}, kOfMaps, Learnable::Variable{kPosition, other, 0.0, 0.0, kOfMaps.front()});
     }
+    if (!is_whole()) return out;  // what is compared is measured, motion and effort
     add(Stage::command, {kCommand}, kCoarse);
     add(Stage::reading, {kPosition}, kSharp);
     return out;
@@ -293,22 +314,29 @@ class Learner {
     return sets_.log_odds(one.set, other.set) - one.law.occam + other.law.occam +
            sets_.heldout_difference(one.set, other.set).gain;
   }
+  /// On the validate recordings; of efforts, at the joint, which alone a law there acts on.
+  HeldoutDifference predicts_better(const Hypothesis& one, const Hypothesis& other, int joint) const {
+    return sets_.heldout_difference(one, other, is_measured() ? std::optional(joint) : std::nullopt);
+  }
+  double least_taken() const { return is_measured() ? kLeastOfEfforts : kLeastTaken; }
+
   /// Puts the one in that, fitted in full, train and validate recordings together speak for most. Those are tried that
   /// are not clearly behind the first, others where nothing passed, and of a law of two variables what one alone does.
   bool learn(const std::vector<Learnable>& offered) {
+    const std::size_t tried = is_measured() ? 1 : kTried;  // all but linear: the evidence ranks them as a fit would
     std::optional<Fitted> best;
     HeldoutDifference predicts;
     std::vector<double> says;
     for (const Learnable& law : offered) says.push_back(law.evidence);
     std::size_t which = 0;
     for (std::size_t k = 0; k < offered.size(); ++k) {
-      const bool behind = k >= kTried || offered[k].evidence < offered[0].evidence - kWorthLearning;
-      if (best ? behind && !best->law.contains(offered[k]) : k >= kTried) continue;
+      const bool behind = k >= tried || offered[k].evidence < offered[0].evidence - kWorthLearning;
+      if (best ? behind && !best->law.contains(offered[k]) : k >= tried) continue;
       std::optional<Fitted> found = fitted(offered[k], standing_);
       if (!found) continue;
       if (!found->law.beside && found->law.over.over == LearnedCurve::kPosition) look_for_a_period(*found);
-      const HeldoutDifference here = sets_.heldout_difference(found->set, standing_);
-      if (!(found->law.evidence > kWorthLearning) || !here.speaks_for() || here.share < kLeastTaken) continue;
+      const HeldoutDifference here = predicts_better(found->set, standing_, offered[k].joint);
+      if (!(found->law.evidence > kWorthLearning) || !here.speaks_for() || here.share < least_taken()) continue;
       says[k] = best ? says[which] + says_over(*found, *best) : says[k] + here.gain;
       if (best && says[k] <= says[which]) continue;
       which = k, predicts = here, best = std::move(found);
@@ -336,9 +364,7 @@ class Learner {
       std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
       if (!base) continue;
       const Hypothesis named = std::exchange(standing_, std::move(*base));
-      std::vector<Learnable> offered = offer();
-      std::erase_if(offered, [&](const Learnable& law) { return law.joint != joint; });
-      const bool learned = !offered.empty() && learn(offered);
+      const bool learned = learn(offer({joint}));
       if (learned && is_preferred_to(named)) {
         needless.insert(needless.end(), without.out.begin(), without.out.end());
         continue;
@@ -364,8 +390,8 @@ class Learner {
     if (!base) return false;
     std::optional<Fitted> found = fitted(law.law, *base, 2 * law.law.over.knots);
     if (!found) return false;
-    const HeldoutDifference says = sets_.heldout_difference(standing_, found->set);
-    if (says.speaks_for() && says.share >= kLeastTaken) return false;
+    const HeldoutDifference says = predicts_better(standing_, found->set, law.law.joint);
+    if (says.speaks_for() && says.share >= least_taken()) return false;
     law.law = std::move(found->law);
     standing_ = std::move(found->set);
     return true;

@@ -27,7 +27,7 @@ struct LearnedLaws {
 };
 
 /// From `current`, which leaves a rest and has named effects beyond `plain`. Nothing is learned without validate
-/// recordings, or where the motion is measured and not simulated.
+/// recordings. Where efforts are predicted, laws are sought that act at the link.
 LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
                        const SimulatorOptions& simulator, const RunControl& control);
 

@@ -272,15 +272,50 @@ double value_at(const LearnedLaw& law, double x, double beside) {
          share * law.curve[(row + 1) * columns + column].value;
 }
 
+/// Where efforts were measured: by how much what the model predicts is more than they are, at the samples compared.
+std::vector<std::pair<double, double>> cloud_of_efforts(const LearnedLaw& law, const CurrentModel& with_law,
+                                                        const Experiment& experiment, const SimulatorOptions& options) {
+  const Robot& robot = with_law.model.robot();
+  const VariableName variable = variable_named(law.over.front().name);
+  const int own = *robot.find_joint(law.place);
+  const auto whose = static_cast<std::size_t>(variable.joint.empty() ? own : *robot.find_joint(variable.joint));
+  std::size_t c = 0;
+  const std::vector<Channel>& channels = experiment.channels;
+  while (c < channels.size() && !(channels[c].kind == ChannelKind::effort && channels[c].joint == own)) ++c;
+  if (c == channels.size()) return {};
+  const std::vector<std::vector<double>> values{with_law.space.expand(with_law.fit.point)};
+  std::vector<int> fitted = experiment.with_role(Role::train);
+  const std::vector<int> validate = experiment.with_role(Role::validate);
+  fitted.insert(fitted.end(), validate.begin(), validate.end());
+  std::vector<std::vector<double>> predicted(experiment.segments.size());
+  make_simulator(with_law.model, experiment, options)->run(values, fitted, [&](int, int segment, const auto& of) {
+    predicted[static_cast<std::size_t>(segment)] = of[c];
+  });
+  std::vector<std::pair<double, double>> out;
+  for (const int s : fitted) {
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const MeasuredMotion& motion = *segment.motion;
+    for (std::size_t k = 0; k < segment.compared.size(); ++k) {
+      const std::size_t at = segment.compared[k];
+      const double x = (variable.quantity == "speed" ? motion.v : motion.q)[whose][at];
+      const double beyond = predicted[static_cast<std::size_t>(s)][k] - segment.measured[c][k];
+      if (std::isfinite(beyond))
+        out.emplace_back(x, beyond + value_at(law, x, motion.v[static_cast<std::size_t>(own)][at]));
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const CurrentModel& with_law,
                                                 const Scenario& scenario, const SimulatorOptions& options) {
   const bool map = law.over.size() > 1 && law.over[1].knots > 2;
   const int gain = with_law.model.find(law.place + ".gain");
-  if (law.stage != Stage::link || map || law.curve.size() < 4 || gain < 0 ||
-      std::holds_alternative<InverseDynamics>(scenario.prediction))
-    return {};
+  if (law.stage != Stage::link || map || law.curve.size() < 4) return {};
+  if (std::holds_alternative<InverseDynamics>(scenario.prediction))
+    return cloud_of_efforts(law, with_law, make_experiment(scenario), options);
+  if (gain < 0) return {};
   const Parameter& drives = with_law.model.parameters()[static_cast<std::size_t>(gain)];
   if (!drives.unit.starts_with("N")) return {};
   const Efforts efforts(with_law, scenario, options);

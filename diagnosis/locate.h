@@ -58,7 +58,7 @@ struct MissingEffort {
 
 /// What a learned law of an effort stands for, over its first variable: the effort that the measured motion needs
 /// beyond the model with the law, sample by sample, and the law's own on top; N m (N). Empty where inverse dynamics
-/// cannot be had or the joint's command is no effort. Of train and validate recordings.
+/// cannot be had, or where the joint's command is no effort and none was measured. Of train and validate recordings.
 std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const CurrentModel& with_law,
                                                 const Scenario& scenario, const SimulatorOptions& options);
 

@@ -130,6 +130,7 @@ TEST(EffortSearch, FindsNothingMoreInWhatItDiagnosed) {
 TEST(EffortSearch, FindsNothingWhereNothingIsMissing) {
   const Diagnosis d = diagnose(examined(std::vector<EffectSpec>{}), quick());
   EXPECT_TRUE(d.findings.empty()) << names_of(d);
+  EXPECT_TRUE(d.learned.empty());
   EXPECT_NE(d.verdict, Verdict::missing_physics);
 }
 
@@ -151,6 +152,57 @@ TEST(EffortSearch, FindsALoadInTheRecordingThatCarriesIt) {
   EXPECT_LT(mass->lower95, kCarried);
   EXPECT_GT(mass->upper95, kCarried);
   EXPECT_LT(mass->upper95 - mass->lower95, kCarried) << "an interval that says something";
+}
+
+constexpr double kHump = 1.5;        // N m, of an effort over the shoulder's angle that has no name
+constexpr double kHumpAt = 0.15;     // rad
+constexpr double kHumpWidth = 0.04;  // rad
+double hump(double q) { return kHump * std::exp(-0.5 * std::pow((q - kHumpAt) / kHumpWidth, 2)); }
+
+/// On knots finer than any that are learned.
+EffectSpec humped() {
+  constexpr int kKnots = 200;
+  std::map<std::string, double> p{{"over", 0}, {"of", 0}, {"from", -1.0}, {"to", 1.0}, {"knots", kKnots}};
+  for (int k = 0; k < kKnots; ++k) p["value_" + std::to_string(k + 1)] = hump(-1.0 + 2.0 * k / (kKnots - 1));
+  return effect("learned_effort", "shoulder", p);
+}
+const Diagnosis& humped_diagnosis() {
+  static const Diagnosis d = diagnose(examined({humped()}), quick());
+  return d;
+}
+
+TEST(EffortSearch, LearnsALawThatTheCatalogueHasNoNameFor) {
+  const Diagnosis& d = humped_diagnosis();
+  EXPECT_TRUE(d.findings.empty()) << names_of(d);
+  EXPECT_EQ(d.verdict, Verdict::unknown_physics);
+  ASSERT_EQ(d.learned.size(), 1u);
+  const LearnedLaw& law = d.learned.front();
+  EXPECT_EQ(law.place, "shoulder");
+  ASSERT_EQ(law.over.size(), 1u);
+  EXPECT_EQ(law.over.front().name, "q");
+  EXPECT_EQ(law.unit, "N m");
+  EXPECT_GT(law.heldout_share, 0.5);
+  // Measured is the drive's effort, which gives what the hump does not. A constant is a rod's weight elsewhere as well.
+  double missed = 0.0, all = 0.0, mean = 0.0, middle = 0.0;
+  const auto n = static_cast<double>(law.curve.size());
+  for (const LearnedLaw::Point& p : law.curve) mean += (p.value - hump(p.at)) / n, middle += hump(p.at) / n;
+  for (const LearnedLaw::Point& p : law.curve)
+    missed += std::pow(p.value - mean - hump(p.at), 2), all += std::pow(hump(p.at) - middle, 2);
+  EXPECT_LT(missed, 0.05 * all);
+  ASSERT_FALSE(law.cloud.empty());
+  double off = 0.0;
+  for (const auto& [x, effort] : law.cloud) off += std::pow(effort - mean - hump(x), 2);
+  EXPECT_LT(std::sqrt(off / static_cast<double>(law.cloud.size())), 0.2 * kHump) << "what the plot shows";
+  const auto& [role, rms] = d.after.rms.back();
+  ASSERT_EQ(role, Role::test);
+  EXPECT_LT(rms.front().second, 0.5 * d.before.rms.back().second.front().second);
+}
+
+TEST(EffortSearch, SimulatesWithTheLawThatItLearned) {
+  const Diagnosis again = diagnose(diagnosed_scenario(examined({humped()}), humped_diagnosis()), quick());
+  EXPECT_TRUE(again.learned.empty());
+  EXPECT_TRUE(again.findings.empty()) << names_of(again);
+  EXPECT_EQ(again.verdict, Verdict::consistent);
 }
 
 }  // namespace
