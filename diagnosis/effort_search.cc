@@ -13,6 +13,7 @@
 #include "diagnosis/kin.h"
 #include "diagnosis/partial.h"
 #include "diagnosis/prior.h"
+#include "diagnosis/ripple_start.h"
 #include "ga/sandwich.h"
 #include "physics/effects/creep.h"
 #include "scenarios/error.h"
@@ -261,7 +262,7 @@ class EffortSearch {
       for (std::size_t k = 0; k < specs.size(); ++k) {
         const Component& c = model.effects()[first + k];
         const std::vector<Axis> axes = effect_axes(model, experiment_, c, specs[k]);
-        for (const std::vector<double>& start : starting_points(model, experiment_, axes))
+        for (const std::vector<double>& start : starts_of(specs[k], model, axes))
           add_start(model, specs[k], axes, start, whole, values, parts, moved);
       }
       const std::vector<Rows> rows = rows_of(problem, values);
@@ -282,6 +283,13 @@ class EffortSearch {
         out.parts.push_back(std::move(parts[k]));
       }
     }
+  }
+
+  std::vector<std::vector<double>> starts_of(const EffectSpec& spec, const PlantModel& model,
+                                             const std::vector<Axis>& axes) const {
+    if (spec.effect != "gear_ripple") return starting_points(model, experiment_, axes);
+    const int joint = *model.robot().find_joint(spec.place);
+    return ripple_starts(standing_.model, experiment_, options_.simulator, joint);
   }
 
   /// One start of an effect: its values, and those with each of its strengths moved.

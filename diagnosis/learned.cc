@@ -61,16 +61,8 @@ class Learner {
     LearnedLaws out{standing_.model, {}, {}, standing_.model};
     if (sets_.validate().empty() || !sets_.fit(standing_.model, kRefitSteps)) return out;
     if (is_whole()) replace_heaps(out.needless);
-    const std::vector<EffectSpec> names = named_effects();
-    for (int law = 0; law < out.model.model.dof(); ++law) {
-      if (!leaves_a_rest(standing_.model, experiment_, sets_.simulator())) break;
-      // Where efforts are predicted a law is seen at its own joint alone, and each is looked at by itself.
-      const bool found = is_measured() ? learn(offer({law})) : learn(offer(every_joint()));
-      if (!found && !is_measured()) break;
-    }
+    is_measured() ? learn_joint_by_joint(out.needless) : learn_where_most_is_left(out.needless);
     if (kept_.empty()) return out;
-    for (const EffectSpec& name : names)
-      if (drop_if_needless(place_of(name))) out.needless.push_back(place_of(name));
     sets_.fit(standing_.model, kRefitIterations);
     for (const Kept& law : kept_) out.laws.push_back(described(law));
     out.model = standing_.model;
@@ -79,6 +71,29 @@ class Learner {
   }
 
  private:
+  /// What acts at a joint may move the others.
+  void learn_where_most_is_left(std::vector<NamedPlace>& needless) {
+    const std::vector<EffectSpec> names = named_effects();
+    while (kept_.size() < experiment_.joint_names.size() &&
+           leaves_a_rest(standing_.model, experiment_, sets_.simulator()))
+      if (!learn(offer(every_joint()))) break;
+    if (!kept_.empty()) drop_needless(names, needless);
+  }
+  /// Where efforts are predicted a law is seen at its own joint alone, beside the names there.
+  void learn_joint_by_joint(std::vector<NamedPlace>& needless) {
+    for (const int joint : every_joint()) {
+      std::vector<EffectSpec> names = named_effects();
+      std::erase_if(names, [&](const EffectSpec& spec) {
+        return spec.place != experiment_.joint_names[static_cast<std::size_t>(joint)];
+      });
+      if (learn(offer({joint}))) drop_needless(names, needless);
+    }
+  }
+  void drop_needless(const std::vector<EffectSpec>& names, std::vector<NamedPlace>& needless) {
+    for (const EffectSpec& name : names)
+      if (drop_if_needless(place_of(name))) needless.push_back(place_of(name));
+  }
+
   /// Sensitivities of effort transducers that are free to be other than stated: no finding, and never taken out.
   static std::vector<EffectSpec> of_every_set(const CurrentModel& plain, const CurrentModel& current) {
     std::vector<EffectSpec> out = effects_beyond(plain.model, current);

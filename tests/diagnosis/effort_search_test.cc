@@ -154,6 +154,23 @@ TEST(EffortSearch, FindsALoadInTheRecordingThatCarriesIt) {
   EXPECT_LT(mass->upper95 - mass->lower95, kCarried) << "an interval that says something";
 }
 
+/// n of a ripple is told from another within the inverse of the angle travelled: no list of starts would hit it.
+TEST(EffortSearch, FindsTheNumberOfARipple) {
+  constexpr double kNumber = 17.83, kHigh = 0.4;  // 1/rad, N m
+  const Diagnosis d =
+      diagnose(examined({effect("gear_ripple", "elbow", {{"a", kHigh}, {"b", 0.5 * kHigh}, {"n", kNumber}})}), quick());
+  ASSERT_EQ(d.findings.size(), 1u) << names_of(d);
+  const Finding& found = d.findings.front();
+  EXPECT_EQ(found.effect, "gear_ripple");
+  EXPECT_EQ(found.place, "elbow");
+  EXPECT_GT(found.probability, 0.5);
+  EXPECT_TRUE(d.learned.empty());
+  for (const Estimate& e : found.parameters) {
+    const double truth = e.name == "n" ? kNumber : e.name == "a" ? kHigh : 0.5 * kHigh;
+    EXPECT_NEAR(e.value, truth, 0.1 * truth) << e.name;
+  }
+}
+
 constexpr double kHump = 1.5;        // N m, of an effort over the shoulder's angle that has no name
 constexpr double kHumpAt = 0.15;     // rad
 constexpr double kHumpWidth = 0.04;  // rad

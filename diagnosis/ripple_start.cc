@@ -1,0 +1,103 @@
+#include "diagnosis/ripple_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "ga/problem.h"
+
+namespace lacuna {
+namespace {
+
+constexpr std::size_t kStarts = 3;
+constexpr double kMostNumbers = 4096;  ///< of n that are tried
+constexpr double kSlow = 0.2;          ///< of a joint's rms speed: n is seen where the slower motion lets it pass
+constexpr double kApart = 3.0;         ///< steps of n between two starts
+
+/// What is left of the effort at one joint, where and how fast it moved.
+struct Left {
+  std::vector<double> q, v, rest;  ///< rad (m), rad/s (m/s), channel units
+};
+
+Left left_of(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator, int joint) {
+  const std::vector<int> train = experiment.with_role(Role::train);
+  const Problem problem(current.model, experiment, current.space, simulator, current.weights);
+  Left out;
+  for (const ResidualBlock& block : problem.layout(train)) {
+    const auto c = static_cast<std::size_t>(block.channel);
+    const Channel& channel = experiment.channels[c];
+    if (channel.joint != joint || channel.kind != ChannelKind::effort) continue;
+    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const auto j = static_cast<std::size_t>(joint);
+    Eigen::Index row = block.first;
+    for (std::size_t k = 0; k < segment.compared.size(); ++k) {
+      if (!std::isfinite(segment.measured[c][k])) continue;
+      out.q.push_back(segment.motion->q[j][segment.compared[k]]);
+      out.v.push_back(segment.motion->v[j][segment.compared[k]]);
+      out.rest.push_back(current.weights[c] * current.fit.residual(row++));
+    }
+  }
+  return out;
+}
+
+/// The ripple of one n that takes most energy off the rest.
+struct Ripple {
+  double energy = 0.0, a = 0.0, b = 0.0, n = 0.0;
+};
+
+Ripple ripple_of(double ss, double sc, double cc, double rs, double rc, double n) {
+  const double det = ss * cc - sc * sc;
+  if (!(det > 1e-6 * ss * cc)) return {};
+  const double a = (rs * cc - rc * sc) / det, b = (rc * ss - rs * sc) / det;
+  return {a * rs + b * rc, a, b, n};
+}
+
+/// Of n = step, 2 step, ...; what the filter takes off a ripple that passes quickly is taken off here, too.
+std::vector<Ripple> spectrum(const Left& left, double step, int count, double cutoff_hz) {
+  const std::size_t samples = left.q.size();
+  std::vector<std::complex<double>> turn(samples), at(samples, 1.0);
+  for (std::size_t k = 0; k < samples; ++k) turn[k] = std::polar(1.0, step * left.q[k]);
+  std::vector<Ripple> out;
+  for (int i = 1; i <= count; ++i) {
+    const double n = step * i, passes = n / (2.0 * std::numbers::pi * cutoff_hz);
+    double ss = 0.0, sc = 0.0, cc = 0.0, rs = 0.0, rc = 0.0;
+    for (std::size_t k = 0; k < samples; ++k) {
+      at[k] *= turn[k];
+      const double fast = passes * left.v[k], square = fast * fast;
+      const double gain = 1.0 / (1.0 + square * square);  // second order, forwards and backwards
+      const double s = gain * at[k].imag(), c = gain * at[k].real();
+      ss += s * s, sc += s * c, cc += c * c, rs += left.rest[k] * s, rc += left.rest[k] * c;
+    }
+    out.push_back(ripple_of(ss, sc, cc, rs, rc, n));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const Experiment& experiment,
+                                               const SimulatorOptions& simulator, int joint) {
+  const auto* inverse = std::get_if<InverseDynamics>(&experiment.prediction);
+  const auto j = static_cast<std::size_t>(joint);
+  const double range = 2.0 * experiment.position_reach[j], speed = experiment.speed_rms[j];
+  if (inverse == nullptr || !(range > 0.0) || !(speed > 0.0)) return {};
+  const Left left = left_of(current, experiment, simulator, joint);
+  if (left.q.empty()) return {};
+  const double step = 1.0 / range, most = 2.0 * std::numbers::pi * inverse->cutoff_hz / (kSlow * speed);
+  const int count = static_cast<int>(std::clamp(most / step, 1.0, kMostNumbers));
+  std::vector<Ripple> ripples = spectrum(left, step, count, inverse->cutoff_hz);
+  std::stable_sort(ripples.begin(), ripples.end(),
+                   [](const Ripple& x, const Ripple& y) { return x.energy > y.energy; });
+  std::vector<std::vector<double>> out;
+  for (const Ripple& r : ripples) {
+    const bool near = std::any_of(out.begin(), out.end(), [&](const std::vector<double>& other) {
+      return std::fabs(other[2] - r.n) < kApart * step;
+    });
+    if (!near && r.energy > 0.0) out.push_back({r.a, r.b, r.n});
+    if (out.size() == kStarts) break;
+  }
+  return out;
+}
+
+}  // namespace lacuna
