@@ -45,6 +45,7 @@ class EffortSearch {
 
   EffortSearchResult run() {
     start();
+    free_bodies();
     for (int round = 0; round < kMostRounds; ++round) {
       if (options_.progress) options_.progress(0.9 * round / kMostRounds);
       if (options_.control.stop != nullptr && *options_.control.stop) throw Interrupted();
@@ -87,6 +88,23 @@ class EffortSearch {
     }
     std::optional<Hypothesis> next = sets_.changed(standing_, dry, kFitIterations);
     if (next && sets_.log_odds(*next, standing_) > 0.0) standing_ = std::move(*next);
+  }
+
+  /// All links' mass properties together, as the regression has them: the weight of one is carried by all before it, so
+  /// that one alone says little.
+  void free_bodies() {
+    SetChange bodies;
+    const PlantModel& model = standing_.model.model;
+    for (EffectSpec& spec : offered(effect_info("rigid_body"))) {
+      const PlantModel with = model.with_effects({spec});
+      const std::vector<Axis> axes = effect_axes(with, experiment_, with.effects().back(), spec);
+      bodies.own.push_back(starting_points(with, experiment_, axes).front());
+      for (std::size_t a = 0; a < axes.size(); ++a) bodies.own.back()[a] = 0.0;
+      bodies.in.push_back(std::move(spec));
+    }
+    std::optional<Hypothesis> next = sets_.changed(standing_, bodies, kFitIterations);
+    if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kWorthFitting)
+      standing_ = std::move(*next);
   }
 
   // ---- linearised about the set that stands -------------------------------------------------------------------------
@@ -565,6 +583,7 @@ class EffortSearch {
   /// little determined that nobody could say how large it is; each time by the fit without it.
   void keep_what_predicts() {
     std::set<NamedPlace> needed, negligible;
+    const Hypothesis whole = standing_;  // what goes must be little in all
     for (;;) {
       const Linearised near = linearised(look(false), false);
       const Linearised::Set now = near.present();
@@ -576,7 +595,8 @@ class EffortSearch {
         const Linearised::Set without = near.toggled(now, k);
         const double loss = near.evidence(now) - near.evidence(without);
         const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
-        const bool small = !validate_.empty() && share_at_its_place(near, now, without, spec.place) < kLeastOfRest;
+        const bool small = !validate_.empty() &&
+                           left_at(near, now, spec.place) > (1.0 - kLeastOfRest) * left_at(near, without, spec.place);
         const bool idle = small || (loss < kWindow && !sets_.is_determined(standing_, spec));
         if (small) negligible.insert(place_of(spec));
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
@@ -588,7 +608,8 @@ class EffortSearch {
       std::optional<Hypothesis> next = sets_.changed(standing_, change, kFitIterations);
       const double lost = next ? sets_.log_odds(standing_, *next) : HUGE_VAL;
       const double predicts = next && !validate_.empty() ? sets_.heldout_difference(standing_, *next).gain : -HUGE_VAL;
-      if (!next || (predicts > 0.0 && lost > kWindow && negligible.count(place_of(gone)) == 0)) {
+      const bool little = next && negligible.count(place_of(gone)) > 0 && says_little(whole, *next, gone.place);
+      if (!next || (predicts > 0.0 && lost > kWindow && !little)) {
         needed.insert(place_of(gone));
         continue;
       }
@@ -600,23 +621,34 @@ class EffortSearch {
     }
   }
 
-  /// Share of the whitened validate energy at a joint (of the arm: at all) that one set leaves less than another.
-  double share_at_its_place(const Linearised& near, const Linearised::Set& with, const Linearised::Set& without,
-                            const std::string& place) const {
-    const Eigen::VectorXd one = near.heldout_rest(with), other = near.heldout_rest(without);
-    if (one.size() == 0 || other.size() == 0) return 1.0;
+  /// Whether one set leaves hardly more than another of the validate recordings' efforts at a joint (of the arm: at
+  /// all).
+  bool says_little(const Hypothesis& with, const Hypothesis& without, const std::string& place) const {
+    return left_at(with, place) > (1.0 - kLeastOfRest) * left_at(without, place);
+  }
+  /// Their energy, each channel over its noise.
+  double left_at(const Hypothesis& set, const std::string& place) const {
+    const CurrentModel& model = set.model;
+    Problem problem(model.model, experiment_, model.space, options_.simulator, first_weights(model.model, experiment_));
+    return energy_at(problem.residual(model.fit.point, validate_), place);
+  }
+  /// The same of what the linearised set leaves, whitened.
+  double left_at(const Linearised& near, const Linearised::Set& set, const std::string& place) const {
+    const Eigen::VectorXd rest = near.heldout_rest(set);
+    return rest.size() > 0 ? energy_at(rest, place) : HUGE_VAL;
+  }
+  double energy_at(const Eigen::VectorXd& rest, const std::string& place) const {
     const CurrentModel& now = standing_.model;
     const Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
     const auto& names = experiment_.joint_names;
     const bool at_joint = now.model.robot().find_joint(place).has_value();
-    double a = 0.0, b = 0.0;
+    double out = 0.0;
     for (const ResidualBlock& block : problem.layout(validate_)) {
       const int joint = experiment_.channels[static_cast<std::size_t>(block.channel)].joint;
       if (at_joint && names[static_cast<std::size_t>(joint)] != place) continue;
-      a += one.segment(block.first, block.count).squaredNorm();
-      b += other.segment(block.first, block.count).squaredNorm();
+      out += rest.segment(block.first, block.count).squaredNorm();
     }
-    return b > 0.0 ? 1.0 - a / b : 0.0;
+    return out;
   }
 
   void claim(EffortSearchResult& out) {

@@ -407,6 +407,8 @@ class Learner {
     if (!found) return false;
     const HeldoutDifference says = predicts_better(standing_, found->set, law.law.joint);
     if (says.speaks_for() && says.share >= least_taken()) return false;
+    // Linear in all that acts, a name with its few numbers is weighed against what the curve costs that replaces it.
+    if (is_measured() && sets_.log_odds(found->set, standing_) - found->law.occam + law.law.occam < 0.0) return false;
     law.law = std::move(found->law);
     standing_ = std::move(found->set);
     return true;

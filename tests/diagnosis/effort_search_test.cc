@@ -154,6 +154,23 @@ TEST(EffortSearch, FindsALoadInTheRecordingThatCarriesIt) {
   EXPECT_LT(mass->upper95 - mass->lower95, kCarried) << "an interval that says something";
 }
 
+/// The weight of one link is carried by all before it: its errors are found together or not at all.
+TEST(EffortSearch, LeavesNoMoreThanTheRegressionWhereLinksAreNotAsDrawn) {
+  std::vector<EffectSpec> real = rubbing();
+  real.push_back(effect("rigid_body", "shoulder", {{"alpha", 0.15}, {"t1", 0.03}, {"t2", -0.04}, {"d1", 0.2}}));
+  real.push_back(effect("rigid_body", "elbow", {{"alpha", -0.1}, {"t1", -0.02}, {"t2", 0.03}, {"d2", -0.2}}));
+  const Diagnosis d = diagnose(examined(real), quick());
+  ASSERT_TRUE(d.idim.has_value());
+  const auto& [role, after] = d.after.rms.back();
+  ASSERT_EQ(role, Role::test);
+  const JointRms& regression = d.idim->rms.back().second;
+  ASSERT_EQ(after.size(), regression.size());
+  for (std::size_t j = 0; j < after.size(); ++j) {
+    EXPECT_LT(after[j].second, 1.05 * regression[j].second) << after[j].first;
+    EXPECT_GT(d.before.rms.back().second[j].second, 2.0 * after[j].second) << after[j].first << ": nothing was wrong";
+  }
+}
+
 /// n of a ripple is told from another within the inverse of the angle travelled: no list of starts would hit it.
 TEST(EffortSearch, FindsTheNumberOfARipple) {
   constexpr double kNumber = 17.83, kHigh = 0.4;  // 1/rad, N m
