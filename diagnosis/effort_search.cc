@@ -98,10 +98,10 @@ class EffortSearch {
     for (EffectSpec& spec : offered(effect_info("rigid_body"))) {
       const PlantModel with = model.with_effects({spec});
       const std::vector<Axis> axes = effect_axes(with, experiment_, with.effects().back(), spec);
-      bodies.own.push_back(starting_points(with, experiment_, axes).front());
-      for (std::size_t a = 0; a < axes.size(); ++a) bodies.own.back()[a] = 0.0;
+      bodies.own.emplace_back(axes.size(), 0.0);
       bodies.in.push_back(std::move(spec));
     }
+    if (bodies.in.empty()) return;
     std::optional<Hypothesis> next = sets_.changed(standing_, bodies, kFitIterations);
     if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kWorthFitting)
       standing_ = std::move(*next);
