@@ -140,6 +140,15 @@ void refuse_shared_names(const Scenario& runs) {
                      "names that differ before their extension");
 }
 
+/// Measured efforts say what a motion needed, not how it was commanded: nothing would drive the true machine.
+void refuse_undriven(const Scenario& scenario) {
+  const bool inverse = std::holds_alternative<InverseDynamics>(scenario.prediction);
+  if (inverse && !scenario.channels.of.contains(ChannelKind::command))
+    throw InputError(scenario.file.string() + ": channels", "no command, and efforts that are predicted",
+                     "command: {JOINT: COLUMN, ...}, which the true machine is simulated from (efforts of arms drawn "
+                     "anew: scripts/effort_suite)");
+}
+
 void check_files(const Scenario& runs, const std::vector<HiddenEffect>& effects) {
   for (const HiddenEffect& effect : effects) {
     for (const std::string& file : effect.recordings) {
@@ -257,6 +266,7 @@ NoiseKind noise_from_name(const std::string& name) {
 }
 
 Concealment conceal(const Scenario& scenario, const ConcealOptions& options) {
+  refuse_undriven(scenario);
   const Scenario runs = free_runs_of(scenario);
   refuse_shared_names(runs);
   check_files(runs, options.effects);

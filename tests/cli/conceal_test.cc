@@ -281,5 +281,15 @@ TEST(Conceal, RefusesWhatItDoesNotKnow) {
   EXPECT_FALSE(fs::exists(out));
 }
 
+/// From a motion and its efforts nobody knows the commands that another machine would have to be given.
+TEST(Conceal, RefusesMeasuredEffortsWithoutACommand) {
+  const Arm arm;
+  const std::string measured = replaced(kArmScenario, "  command: {elbow: u}\n", "  effort: {elbow: u}\n") +
+                               "prediction: {inverse_dynamics: {cutoff_hz: 4}}\n";
+  const std::string file = arm.files().write("efforts.yaml", measured).string();
+  expect_refused(lacuna({"conceal", file, "-o", (arm.folder() / "case").string()}), 2, "no command");
+  EXPECT_FALSE(fs::exists(arm.folder() / "case"));
+}
+
 }  // namespace
 }  // namespace lacuna::test
