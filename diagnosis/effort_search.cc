@@ -26,7 +26,6 @@ constexpr double kWindow = 8.0;  ///< log evidence behind the best, beyond which
 constexpr double kClassWindow = 3.0;  ///< within which rivals are not told apart: 20 to 1
 constexpr int kBlockDraws = 60;       ///< of block resamples
 constexpr double kLeastClaim = 0.5;   ///< probability of a class under which nothing is claimed
-constexpr double kLeastOfRest = 0.1;  ///< of what a joint is left with: what explains less is no explanation of it
 
 class EffortSearch {
  public:
@@ -325,8 +324,8 @@ class EffortSearch {
         const Linearised::Set without = near.toggled(now, k);
         const double loss = near.evidence(now) - near.evidence(without);
         const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
-        const bool small = !validate_.empty() &&
-                           left_at(near, now, spec.place) > (1.0 - kLeastOfRest) * left_at(near, without, spec.place);
+        const bool small = !validate_.empty() && left_at(near, now, spec.place) >
+                                                     (1.0 - kLeastOfEfforts) * left_at(near, without, spec.place);
         const bool idle = small || (loss < kWindow && !sets_.is_determined(standing_, spec));
         if (small) negligible.insert(place_of(spec));
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
@@ -354,7 +353,7 @@ class EffortSearch {
   /// Whether one set leaves hardly more than another of the validate recordings' efforts at a joint (of the arm: at
   /// all).
   bool says_little(const Hypothesis& with, const Hypothesis& without, const std::string& place) const {
-    return left_at(with, place) > (1.0 - kLeastOfRest) * left_at(without, place);
+    return left_at(with, place) > (1.0 - kLeastOfEfforts) * left_at(without, place);
   }
   /// Their energy, each channel over its noise.
   double left_at(const Hypothesis& set, const std::string& place) const {

@@ -75,6 +75,9 @@ std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std:
 /// Log evidence from which something that has no name was learned and not made up.
 constexpr double kWorthLearning = 10.0;
 
+/// Of the measured efforts' rest at a joint on the validate recordings: what takes less away is no explanation of it.
+constexpr double kLeastOfEfforts = 0.1;
+
 /// How a channel's residual goes with itself: white noise does not.
 struct Autocorrelation {
   int channel = 0;

@@ -33,13 +33,12 @@ constexpr double kAtRest = 0.05;                      ///< of a joint's rms spee
 constexpr double kNotToldApart = 3.0;                 ///< log evidence: 20 to 1
 constexpr double kInterval = 1.96;                    ///< standard errors of a 95 % band
 
-constexpr double kLeastTaken = 0.25;     ///< of the validate recordings' rest, that it takes away: as of a finding
-constexpr double kLeastOfEfforts = 0.1;  ///< the same of efforts, at the joint (effort_search.cc)
-constexpr int kRefitSteps = 5;           ///< of the plain parameters beside a curve on its way
-constexpr int kBends = 8;                ///< times that a curve is learned anew about the motion with it
-constexpr int kHalvings = 2;             ///< of steps that leave more
-constexpr double kStands = 0.01;         ///< relative change of what is left, under which it stays as it is
-constexpr std::size_t kTried = 3;        ///< laws that are fitted in full before the search gives up
+constexpr double kLeastTaken = 0.25;  ///< of the validate recordings' rest, that it takes away: as of a finding
+constexpr int kRefitSteps = 5;        ///< of the plain parameters beside a curve on its way
+constexpr int kBends = 8;             ///< times that a curve is learned anew about the motion with it
+constexpr int kHalvings = 2;          ///< of steps that leave more
+constexpr double kStands = 0.01;      ///< relative change of what is left, under which it stays as it is
+constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
 
 /// A law of given variables, and the knots of the first one that are tried.
 struct Family {
@@ -407,8 +406,8 @@ class Learner {
     if (!found) return false;
     const HeldoutDifference says = predicts_better(standing_, found->set, law.law.joint);
     if (says.speaks_for() && says.share >= least_taken()) return false;
-    // Linear in all that acts, a name with its few numbers is weighed against what the curve costs that replaces it.
-    if (is_measured() && sets_.log_odds(found->set, standing_) - found->law.occam + law.law.occam < 0.0) return false;
+    // A name with its few numbers is weighed against what the curve costs that replaces it.
+    if (sets_.log_odds(found->set, standing_) - found->law.occam + law.law.occam < 0.0) return false;
     law.law = std::move(found->law);
     standing_ = std::move(found->set);
     return true;
