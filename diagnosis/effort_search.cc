@@ -145,7 +145,7 @@ class EffortSearch {
     std::map<std::string, Move> best;
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
-      if (move.in >= 0 && clashes(near, set, move.in)) return;
+      if (move.in >= 0 && !clashing(near, set, move.in).empty()) return;
       if (!(move.gain > (move.in >= 0 ? kWorthFitting : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
@@ -169,19 +169,28 @@ class EffortSearch {
     return out;
   }
 
-  /// Whether another member of the set at that place is a special case of the part, or both are of a third one: what
-  /// both contain could be told of either.
-  bool clashes(const Linearised& near, const Linearised::Set& set, int which) const {
+  /// Members of the set at that place that are a special case of the part, or both are of a third one: what both
+  /// contain could be told of either.
+  std::vector<int> clashing(const Linearised& near, const Linearised::Set& set, int which) const {
     const auto& parts = near.parts();
     const Part& part = parts[static_cast<std::size_t>(which)];
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      if (!set[k] || static_cast<int>(k) == which || parts[k].needs >= 0 || part.needs >= 0) continue;
-      if (parts[k].spec.place == part.spec.place &&
-          overlap(effect_info(parts[k].spec.effect), effect_info(part.spec.effect)))
-        return true;
+    std::vector<int> out;
+    for (int k = 0; k < static_cast<int>(parts.size()); ++k) {
+      const Part& other = parts[static_cast<std::size_t>(k)];
+      if (!set[static_cast<std::size_t>(k)] || k == which || other.needs >= 0 || part.needs >= 0) continue;
+      if (other.spec.place == part.spec.place && overlap(effect_info(other.spec.effect), effect_info(part.spec.effect)))
+        out.push_back(k);
     }
-    return false;
+    return out;
   }
+  /// The set with a part in place of a member and of all that it clashes with: unequal friction either way is friction
+  /// and an offset at once.
+  Linearised::Set instead(const Linearised& near, const Linearised::Set& now, int member, int part) const {
+    Linearised::Set out = near.toggled(now, member);
+    for (const int other : clashing(near, out, part)) out = near.toggled(out, other);
+    return near.toggled(out, part);
+  }
+
   SetChange change_of(const Linearised& near, const std::vector<Move>& moves) const {
     SetChange out;
     for (const Move& move : moves) {
@@ -420,8 +429,7 @@ class EffortSearch {
       double most = -HUGE_VAL;
       for (int e = 0; e < static_cast<int>(standing_.effects.size()); ++e)
         if (standing_.effects[static_cast<std::size_t>(e)].place == part.spec.place)
-          if (!clashes(near, near.toggled(now, e), static_cast<int>(k)))
-            most = std::max(most, near.evidence(near.toggled(near.toggled(now, e), static_cast<int>(k))));
+          most = std::max(most, near.evidence(instead(near, now, e, static_cast<int>(k))));
       auto& there = best.emplace(place_of(part.spec), std::make_pair(-HUGE_VAL, k)).first->second;
       if (most - standing > there.first) there = {most - standing, k};
     }
@@ -441,8 +449,7 @@ class EffortSearch {
     for (int r = 0; r < static_cast<int>(near.parts().size()); ++r) {
       const Part& part = near.parts()[static_cast<std::size_t>(r)];
       if (part.present || part.spec.place != spec.place) continue;
-      if (clashes(near, near.toggled(now, k), r)) continue;
-      sets.push_back(near.toggled(near.toggled(now, k), r));
+      sets.push_back(instead(near, now, k, r));
       rivals.push_back(r);
     }
     const std::vector<double> shares = near.bagged(sets, kBlockDraws, options_.seed);
