@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kOneMoreChange = 0.3;          ///< h: of one change more, before any data
 constexpr double kOccamsWindow = 8.0;           ///< nats within which a subset lives
-constexpr double kNotToldApart = 3.0;           ///< nats within which two are not told apart
 constexpr std::size_t kMostExpandedSets = 200;  ///< sets whose neighbours are looked at
 
 ChangedSet with_toggled(ChangedSet set, std::size_t group) {
@@ -121,22 +120,36 @@ ChangedSets::ChangedSets(Quadratic a, Quadratic b, ChangeGroups groups, const Co
   if (!fits(a_) || !fits(b_)) throw std::invalid_argument("ChangedSets: informations of different sizes");
 }
 
-double ChangedSets::evidence(const ChangedSet& changed) const {
-  const JointColumns columns(a_.linear.size(), groups_, changed);
+ChangedSets::Root ChangedSets::root_of(const JointColumns& columns) const {
+  return Root(columns.joined(a_.information, b_.information, common_));
+}
+
+double ChangedSets::log_volume(const Root& root, const ChangedSet& changed) const {
   // The priors' own determinant is the same for all: each change adds a unit variance to what it changes.
-  const Eigen::LLT<Eigen::MatrixXd> root(columns.joined(a_.information, b_.information, common_));
-  if (root.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-  const Eigen::VectorXd half = root.matrixL().solve(columns.joined(a_.linear + from_center_, b_.linear));
   const double log_root = root.matrixLLT().diagonal().array().log().sum();
   const double k = static_cast<double>(std::count_if(changed.begin(), changed.end(), [](char c) { return c != 0; }));
-  return 0.5 * half.squaredNorm() - log_root + k * std::log(kOneMoreChange) + std::log(1.0 - kOneMoreChange) -
-         log_choose(static_cast<double>(groups_.size()), k);
+  return k * std::log(kOneMoreChange) + std::log(1.0 - kOneMoreChange) -
+         log_choose(static_cast<double>(groups_.size()), k) - log_root;
+}
+
+double ChangedSets::evidence(const ChangedSet& changed) const {
+  const JointColumns columns(a_.linear.size(), groups_, changed);
+  const Root root = root_of(columns);
+  if (root.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd half = root.matrixL().solve(columns.joined(a_.linear + from_center_, b_.linear));
+  return 0.5 * half.squaredNorm() + log_volume(root, changed);
+}
+
+double ChangedSets::evidence_of_fit(const ChangedSet& changed, double cost) const {
+  const Root root = root_of(JointColumns(a_.linear.size(), groups_, changed));
+  if (root.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
+  return -0.5 * cost + log_volume(root, changed);
 }
 
 ChangePosterior ChangedSets::posterior(const ChangedSet& changed) const {
   const Eigen::Index n = a_.linear.size();
   const JointColumns columns(n, groups_, changed);
-  const Eigen::LLT<Eigen::MatrixXd> root(columns.joined(a_.information, b_.information, common_));
+  const Root root = root_of(columns);
   const Eigen::MatrixXd covariance = root.solve(Eigen::MatrixXd::Identity(columns.size(), columns.size()));
   const Eigen::VectorXd mean = root.solve(columns.joined(a_.linear + from_center_, b_.linear));
   ChangePosterior out{mean.head(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};

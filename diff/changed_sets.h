@@ -13,10 +13,13 @@
 // diagnosis/linearised.h.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
 namespace lacuna {
+
+constexpr double kNotToldApart = 3.0;  ///< of log evidence, within which two subsets are not told apart: 20 to 1
 
 /// One set of recordings about a fit: -log L(y) = 1/2 y' information y - linear' y, up to a constant.
 struct Quadratic {
@@ -67,9 +70,17 @@ class ChangedSets {
   ChangedSet none() const { return ChangedSet(groups_.size(), 0); }
   /// Up to what all subsets share.
   double evidence(const ChangedSet& changed) const;
+  /// Where the informations are those at the subset's own fit, whose cost (joint_fit.h) is known: -1/2 cost in place of
+  /// 1/2 b'K^-1 b. Of fits wherever they lie.
+  double evidence_of_fit(const ChangedSet& changed, double cost) const;
   ChangePosterior posterior(const ChangedSet& changed) const;
 
  private:
+  using Root = Eigen::LLT<Eigen::MatrixXd>;
+  Root root_of(const JointColumns& columns) const;
+  /// Of its spread, and of how many change.
+  double log_volume(const Root& root, const ChangedSet& changed) const;
+
   Quadratic a_, b_;
   ChangeGroups groups_;
   Eigen::VectorXd common_, from_center_;  ///< of the common numbers' priors: information, and that times the centre

@@ -25,15 +25,13 @@ constexpr double kMoreRest = 1.3;     ///< times the other set's, both over thei
 constexpr double kErrors95 = 1.96;    ///< standard errors
 constexpr const char* kLoadEffect = "payload";
 
-bool frees_masses(const Side& side) {
-  return std::ranges::any_of(side.axes(), [&](const Axis& axis) {
-    return side.model.model.parameters()[static_cast<std::size_t>(axis.parameter)].key == "mass";
-  });
-}
+/// A link's mass, as a plain number or as a body that differs from the URDF's.
+bool is_of_masses(const Changeable& c) { return c.key == "mass" || c.effect == "rigid_body"; }
 
 double moving_mass(const Side& side) {
   double out = 0.0;
-  for (const double m : side.model.model.link_masses(side.model.space.expand(side.model.fit.point))) out += m;
+  for (const Inertial& body : side.model.model.inertials(side.model.space.expand(side.model.fit.point)))
+    out += body.mass;
   return out;
 }
 
@@ -44,9 +42,9 @@ double joint_energy(const Structure& s, const JointFit& at) {
 /// A load that only one set carries hides in its links' masses, where these are free, and no diagnosis of that set
 /// alone can see it: it is offered beside the masses, in the set whose arm came out heavier. The fit with it and all
 /// else common; nothing where it is offered already or has no place here.
-std::optional<JointFit> offer_load(Structure& s, const std::atomic<bool>* stop) {
+std::optional<Hypothesised> offer_load(Structure& s, const std::atomic<bool>* stop) {
   const EffectInfo& load = effect_table()[static_cast<std::size_t>(find_effect(kLoadEffect))];
-  if (!frees_masses(s.a)) return std::nullopt;
+  if (std::ranges::none_of(s.changeables, is_of_masses)) return std::nullopt;
   const bool in_b = moving_mass(s.b) >= moving_mass(s.a);
   const Side& light = in_b ? s.a : s.b;
   Side& heavy = in_b ? s.b : s.a;
@@ -65,10 +63,10 @@ std::optional<JointFit> offer_load(Structure& s, const std::atomic<bool>* stop) 
   std::stable_sort(starts.begin(), starts.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
   ChangedSet changed(s.changeables.size(), 0);
   changed[group] = 1;
-  std::optional<JointFit> best;
+  std::optional<Hypothesised> best;
   for (std::size_t k = 0; k < std::min<std::size_t>(kLoadStarts, starts.size()); ++k) {
     JointFit fit = fit_jointly(s.a, s.b, groups_of(s.changeables), changed, starts[k].second, stop, kLoadIterations);
-    if (!best || fit.cost < best->cost) best = std::move(fit);
+    if (!best || fit.cost < best->fit.cost) best = Hypothesised{changed, std::move(fit)};
   }
   return best;
 }
@@ -97,14 +95,18 @@ ChangedSets about(const Structure& s, const ChangeGroups& groups, const JointFit
   return {information_at(s.a, fit.a), information_at(s.b, fit.b), groups, held_near(s, fit)};
 }
 
-Searched search(const Structure& s, const ChangeGroups& groups, const std::optional<JointFit>& loaded,
-                const RunControl& control, const std::function<void(double)>& progress) {
+/// Log evidence of a fitted set, by its own curvature.
+double fitted_evidence(const Structure& s, const ChangeGroups& groups, const Hypothesised& at) {
+  const Quadratic a = information_at(s.a, at.fit.a), b = information_at(s.b, at.fit.b);
+  return ChangedSets(a, b, groups).evidence_of_fit(at.changed, at.fit.cost);
+}
+
+/// Linearised about the best set's fit, as often as another one is the best.
+Searched search_from(const Structure& s, const ChangeGroups& groups, Hypothesised start, const RunControl& control) {
   const ChangedSet all(groups.size(), 1);
   Searched out;
-  out.best = {all, fit_jointly(s.a, s.b, groups, all, {s.a.model.fit.point, s.b.model.fit.point}, control.stop)};
-  if (loaded && loaded->cost < out.best.fit.cost) out.best.fit = *loaded;
+  out.best = std::move(start);
   for (int round = 0; round < kRounds; ++round) {
-    progress(static_cast<double>(round) / kRounds);
     const ChangedSets sets = about(s, groups, out.best.fit);
     out.living = search_changes(sets, {all, out.best.changed});
     const ChangedSet chosen = out.living.front().changed;
@@ -121,6 +123,52 @@ Searched search(const Structure& s, const ChangeGroups& groups, const std::optio
     out.best.fit = fit_jointly(s.a, s.b, groups, chosen, out.best.fit, control.stop);
     if (stands) break;
   }
+  return out;
+}
+
+/// A set with the load in place of all links whose masses changed.
+struct Carried {
+  Hypothesised set;
+  std::vector<std::size_t> in_place_of;
+};
+
+/// Nothing where no mass changed.
+std::optional<Carried> carried_instead(const Structure& s, const ChangeGroups& groups, const Hypothesised& best,
+                                       const Hypothesised& loaded, const RunControl& control) {
+  Carried out{best, {}};
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (!is_of_masses(s.changeables[g]) && loaded.changed[g] == 0) continue;
+    if (best.changed[g] != 0 && loaded.changed[g] == 0) out.in_place_of.push_back(g);
+    out.set.changed[g] = loaded.changed[g];
+    for (const std::size_t i : s.changeables[g].axes)
+      out.set.fit.a[i] = loaded.fit.a[i], out.set.fit.b[i] = loaded.fit.b[i];
+  }
+  if (out.in_place_of.empty()) return std::nullopt;
+  out.set.fit = fit_jointly(s.a, s.b, groups, out.set.changed, out.set.fit, control.stop);
+  return out;
+}
+
+/// From each set's own fit, all changed, or from a load in one of them, whose place no linearisation finds. A link that
+/// weighs more in one set is the same to the recordings as a load that it carries: called a load, where that says it as
+/// well.
+Searched search(const Structure& s, const ChangeGroups& groups, const std::optional<Hypothesised>& loaded,
+                const RunControl& control, const std::function<void(double)>& progress) {
+  const ChangedSet all(groups.size(), 1);
+  Hypothesised start{all, fit_jointly(s.a, s.b, groups, all, {s.a.model.fit.point, s.b.model.fit.point}, control.stop)};
+  if (loaded && loaded->fit.cost < start.fit.cost) start.fit = loaded->fit;
+  Searched out = search_from(s, groups, std::move(start), control);
+  progress(0.5);
+  if (!loaded) return out;
+  const std::optional<Carried> carried = carried_instead(s, groups, out.best, *loaded, control);
+  if (!carried) return out;
+  const double odds = fitted_evidence(s, groups, carried->set) - fitted_evidence(s, groups, out.best);
+  if (odds < -kNotToldApart) return out;
+  out = search_from(s, groups, carried->set, control);
+  if (odds > kNotToldApart) return out;
+  for (std::size_t g = 0; g < groups.size(); ++g)  // the load, or the links that it stands for
+    if (loaded->changed[g] != 0 && out.best.changed[g] != 0)
+      for (const std::size_t link : carried->in_place_of)
+        if (std::ranges::find(out.members[g], link) == out.members[g].end()) out.members[g].push_back(link);
   return out;
 }
 
@@ -384,7 +432,7 @@ Diff compare_sets(const Scenario& a, const Diagnosis& found_a, const Scenario& b
   report("common structure", 0.0);
   Structure s = common_structure({a, found_a}, {b, found_b}, simulator, control, out.notes);
   report("what changed", 0.3);
-  const std::optional<JointFit> loaded = offer_load(s, control.stop);
+  const std::optional<Hypothesised> loaded = offer_load(s, control.stop);
   const JointFit own{s.a.model.fit.point, s.b.model.fit.point};
   const ChangeGroups groups = groups_of(s.changeables);
   Searched found = search(s, groups, loaded, control, [&](double d) { report("what changed", 0.4 + 0.3 * d); });
