@@ -151,6 +151,8 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
       const double middle = typical_origin(p.info->scale, experiment, p.joint);
       axis.lower = std::max(p.lower, middle - kJustBeyond * size);
       axis.upper = std::min(p.upper, middle + kJustBeyond * size);
+    } else if (p.info->scale == Scale::wave) {
+      axis.lower = std::max(p.lower, size);  // what does not come back within the travel repeats nothing
     } else if (p.info->scale == Scale::length) {
       const double most = p.info->optional ? kFurthest * size : size;  // what is carried may reach out further
       axis.lower = std::max(p.lower, -most);

@@ -19,9 +19,9 @@ namespace lacuna {
 namespace {
 
 constexpr int kMostRounds = 40;
-constexpr double kWorthFitting = 10.0;  ///< log evidence that a change must bring
-constexpr double kSettled = 100.0;      ///< of a round, under which the colour of what is left is taken for known
-constexpr int kFitIterations = 8;       ///< of a set on its way; to the bottom at the end
+constexpr double kMustBring = 10.0;  ///< log evidence, of a change that was fitted
+constexpr double kSettled = 100.0;   ///< of a round, under which the colour of what is left is taken for known
+constexpr int kFitIterations = 8;    ///< of a set on its way; to the bottom at the end
 constexpr double kWindow = 8.0;  ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
 constexpr double kClassWindow = 3.0;  ///< within which rivals are not told apart: 20 to 1
 constexpr int kBlockDraws = 60;       ///< of block resamples
@@ -98,13 +98,14 @@ class EffortSearch {
     }
     if (bodies.in.empty()) return;
     std::optional<Hypothesis> next = sets_.changed(standing_, bodies, kFitIterations);
-    if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kWorthFitting)
+    if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kMustBring)
       standing_ = std::move(*next);
   }
 
   // ---- moves --------------------------------------------------------------------------------------------------------
 
-  /// A change, and the log evidence that it promises over the set that stands.
+  /// A change, and the log evidence that it promises over the set that stands: any is worth a fit, since the colour is
+  /// of a rest that the change would take away, which makes little of it.
   struct Move {
     double gain = 0.0;
     int in = -1, out = -1;  ///< parts
@@ -146,7 +147,7 @@ class EffortSearch {
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
       if (move.in >= 0 && !clashing(near, set, move.in).empty()) return;
-      if (!(move.gain > (move.in >= 0 ? kWorthFitting : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
+      if (!(move.gain > 0.0) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
     };
@@ -242,7 +243,7 @@ class EffortSearch {
     }
     const double odds = sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_);
     const bool more = std::any_of(moves.begin(), moves.end(), [](const Move& m) { return m.in >= 0; });
-    if (!(odds > (more ? kWorthFitting : 0.0))) return false;
+    if (!(odds > (more ? kMustBring : 0.0))) return false;
     standing_ = std::move(*next);
     if (odds < kSettled && !sets_.settled()) sets_.settle(standing_);
     return true;

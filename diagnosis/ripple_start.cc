@@ -53,21 +53,22 @@ Ripple ripple_of(double ss, double sc, double cc, double rs, double rc, double n
   return {a * rs + b * rc, a, b, n};
 }
 
-/// Of n = step, 2 step, ...; what the filter takes off a ripple that passes quickly is taken off here, too.
-std::vector<Ripple> spectrum(const Left& left, double step, int count, double cutoff_hz) {
+/// Of n = first, first + step, ...; what the filter takes off a ripple that passes quickly is taken off here, too.
+std::vector<Ripple> spectrum(const Left& left, double first, double step, int count, double cutoff_hz) {
   const std::size_t samples = left.q.size();
-  std::vector<std::complex<double>> turn(samples), at(samples, 1.0);
-  for (std::size_t k = 0; k < samples; ++k) turn[k] = std::polar(1.0, step * left.q[k]);
+  std::vector<std::complex<double>> turn(samples), at(samples);
+  for (std::size_t k = 0; k < samples; ++k)
+    turn[k] = std::polar(1.0, step * left.q[k]), at[k] = std::polar(1.0, first * left.q[k]);
   std::vector<Ripple> out;
-  for (int i = 1; i <= count; ++i) {
-    const double n = step * i, passes = n / (2.0 * std::numbers::pi * cutoff_hz);
+  for (int i = 0; i < count; ++i) {
+    const double n = first + step * i, passes = n / (2.0 * std::numbers::pi * cutoff_hz);
     double ss = 0.0, sc = 0.0, cc = 0.0, rs = 0.0, rc = 0.0;
     for (std::size_t k = 0; k < samples; ++k) {
-      at[k] *= turn[k];
       const double fast = passes * left.v[k], square = fast * fast;
       const double gain = 1.0 / (1.0 + square * square);  // second order, forwards and backwards
       const double s = gain * at[k].imag(), c = gain * at[k].real();
       ss += s * s, sc += s * c, cc += c * c, rs += left.rest[k] * s, rc += left.rest[k] * c;
+      at[k] *= turn[k];
     }
     out.push_back(ripple_of(ss, sc, cc, rs, rc, n));
   }
@@ -85,8 +86,9 @@ std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, cons
   const Left left = left_of(current, experiment, simulator, joint);
   if (left.q.empty()) return {};
   const double step = 1.0 / range, most = 2.0 * std::numbers::pi * inverse->cutoff_hz / (kSlow * speed);
-  const int count = static_cast<int>(std::clamp(most / step, 1.0, kMostNumbers));
-  std::vector<Ripple> ripples = spectrum(left, step, count, inverse->cutoff_hz);
+  const double first = 2.0 * std::numbers::pi / range;  // a whole period within the travel
+  const int count = static_cast<int>(std::clamp((most - first) / step, 1.0, kMostNumbers));
+  std::vector<Ripple> ripples = spectrum(left, first, step, count, inverse->cutoff_hz);
   std::stable_sort(ripples.begin(), ripples.end(),
                    [](const Ripple& x, const Ripple& y) { return x.energy > y.energy; });
   std::vector<std::vector<double>> out;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 
@@ -324,14 +325,16 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
     velocity = std::hypot(velocity, experiment.speed_rms[j]);
     if (scale == Scale::inertia) inertia += inertia_beyond(model.robot(), i);
   }
+  const double reach = positive(experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);
   effort = positive(effort), position = positive(position), velocity = positive(velocity);
   switch (scale) {
     case Scale::command: return positive(command);
     case Scale::effort: return effort;
     case Scale::velocity: return velocity;
     case Scale::position: return position;
-    case Scale::reach: return positive(experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);
-    case Scale::travel: return positive(2.0 * experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);
+    case Scale::reach: return reach;
+    case Scale::travel: return 2.0 * reach;
+    case Scale::wave: return std::numbers::pi / reach;
     case Scale::span: return positive(experiment.span);
     case Scale::length: return positive(0.1 * stretched_length(model.robot()));
     case Scale::mass: return model.robot().moving_mass();

@@ -59,8 +59,8 @@ struct EffectInfo {
   bool in_efforts = false;
   /// The effect that this one is where its numbers agree (beside those told by equal names); null: none.
   const char* generalises = nullptr;
-  /// Where efforts are predicted it may stand beside what it contains, as one more element in parallel: part of a
-  /// contact slides while another part still gives (Maxwell slip; V. Lampaert, F. Al-Bender, J. Swevers, MMAR 2003).
+  /// It may stand beside what it contains, as one more element in parallel: part of a contact slides while another part
+  /// still gives (Maxwell slip; V. Lampaert, F. Al-Bender, J. Swevers, MMAR 2003).
   bool in_parallel = false;
   bool learned = false;  ///< its law is found, not given (diagnosis/learned.h): no candidate where names are sought
   bool shares = false;   ///< joints take from each other: sought where several are commanded at once

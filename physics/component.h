@@ -69,6 +69,7 @@ enum class Scale {
   position,   ///< rad, rms about the mean
   reach,      ///< rad, half the range travelled, counted from its middle
   travel,     ///< rad, the range travelled
+  wave,       ///< 1/rad, one period over the range travelled: searched no longer than that
   stiffness,  ///< N m/rad: effort over position
   damping,    ///< N m s/rad: effort over velocity
   drag,       ///< N m s^2/rad^2: effort over velocity squared

@@ -26,9 +26,10 @@ struct GearRipple {
           1e-3,
           1e4,
           "angle of the ripple per angle of the joint: periods a turn",
-          Scale::ratio,
-          {4.0, 10.0, 24.0, 60.0}}}};
+          Scale::wave,
+          {1.3, 3.3, 8.0, 20.0}}}};
     info.in_efforts = true;
+    info.in_parallel = true;  // a counterbalance goes round once, gears many times
     return info;
   }
   template <class T>

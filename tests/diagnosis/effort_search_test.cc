@@ -188,6 +188,17 @@ TEST(EffortSearch, FindsTheNumberOfARipple) {
   }
 }
 
+/// One turns once with the joint, the other many times: both are sines of its angle, and neither stands for the other.
+TEST(EffortSearch, FindsARippleBesideACounterbalance) {
+  const Diagnosis d = diagnose(examined({effect("gear_ripple", "elbow", {{"a", 0.4}, {"b", 0.2}, {"n", 17.83}}),
+                                         effect("gravity_spring", "elbow", {{"a", 3.0}, {"b", 2.0}})}),
+                               quick());
+  std::set<std::string> found;
+  for (const Finding& f : d.findings) found.insert(f.effect + "@" + f.place);
+  EXPECT_EQ(found, (std::set<std::string>{"gear_ripple@elbow", "gravity_spring@elbow"}));
+  EXPECT_TRUE(d.learned.empty());
+}
+
 constexpr double kHump = 1.5;        // N m, of an effort over the shoulder's angle that has no name
 constexpr double kHumpAt = 0.15;     // rad
 constexpr double kHumpWidth = 0.04;  // rad
