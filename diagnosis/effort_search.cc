@@ -334,8 +334,7 @@ class EffortSearch {
         const Linearised::Set without = near.toggled(now, k);
         const double loss = near.evidence(now) - near.evidence(without);
         const double gain = validate_.empty() ? -HUGE_VAL : near.heldout(now) - near.heldout(without);
-        const bool small = !validate_.empty() && left_at(near, now, spec.place) >
-                                                     (1.0 - kLeastOfEfforts) * left_at(near, without, spec.place);
+        const bool small = !validate_.empty() && says_little(left_of(near, now), left_of(near, without));
         const bool idle = small || (loss < kWindow && !sets_.is_determined(standing_, spec));
         if (small) negligible.insert(place_of(spec));
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
@@ -347,7 +346,7 @@ class EffortSearch {
       std::optional<Hypothesis> next = sets_.changed(standing_, change, kFitIterations);
       const double lost = next ? sets_.log_odds(standing_, *next) : HUGE_VAL;
       const double predicts = next && !validate_.empty() ? sets_.heldout_difference(standing_, *next).gain : -HUGE_VAL;
-      const bool little = next && negligible.count(place_of(gone)) > 0 && says_little(whole, *next, gone.place);
+      const bool little = next && negligible.count(place_of(gone)) > 0 && says_little(left_of(whole), left_of(*next));
       if (!next || (predicts > 0.0 && lost > kWindow && !little)) {
         needed.insert(place_of(gone));
         continue;
@@ -360,33 +359,27 @@ class EffortSearch {
     }
   }
 
-  /// Whether one set leaves hardly more than another of the validate recordings' efforts at a joint (of the arm: at
-  /// all).
-  bool says_little(const Hypothesis& with, const Hypothesis& without, const std::string& place) const {
-    return left_at(with, place) > (1.0 - kLeastOfEfforts) * left_at(without, place);
+  /// Whether a set leaves hardly less than another at every joint: a link's mass tells at all joints that carry it.
+  static bool says_little(const Eigen::ArrayXd& with, const Eigen::ArrayXd& without) {
+    return (with >= (1.0 - kLeastOfEfforts) * without).all();
   }
-  /// Their energy, each channel over its noise.
-  double left_at(const Hypothesis& set, const std::string& place) const {
+  /// Energy of the validate recordings' efforts that a set leaves, each channel over its noise. [channel]
+  Eigen::ArrayXd left_of(const Hypothesis& set) const {
     const CurrentModel& model = set.model;
     Problem problem(model.model, experiment_, model.space, options_.simulator, first_weights(model.model, experiment_));
-    return energy_at(problem.residual(model.fit.point, validate_), place);
+    return energies(problem.residual(model.fit.point, validate_));
   }
   /// The same of what the linearised set leaves, whitened.
-  double left_at(const Linearised& near, const Linearised::Set& set, const std::string& place) const {
-    const Eigen::VectorXd rest = near.heldout_rest(set);
-    return rest.size() > 0 ? energy_at(rest, place) : HUGE_VAL;
+  Eigen::ArrayXd left_of(const Linearised& near, const Linearised::Set& set) const {
+    return energies(near.heldout_rest(set));
   }
-  double energy_at(const Eigen::VectorXd& rest, const std::string& place) const {
+  Eigen::ArrayXd energies(const Eigen::VectorXd& rest) const {
     const CurrentModel& now = standing_.model;
     const Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
-    const auto& names = experiment_.joint_names;
-    const bool at_joint = now.model.robot().find_joint(place).has_value();
-    double out = 0.0;
-    for (const ResidualBlock& block : problem.layout(validate_)) {
-      const int joint = experiment_.channels[static_cast<std::size_t>(block.channel)].joint;
-      if (at_joint && names[static_cast<std::size_t>(joint)] != place) continue;
-      out += rest.segment(block.first, block.count).squaredNorm();
-    }
+    Eigen::ArrayXd out = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(experiment_.channels.size()));
+    if (rest.size() == 0) return out + HUGE_VAL;  // no such set can be
+    for (const ResidualBlock& block : problem.layout(validate_))
+      out(block.channel) += rest.segment(block.first, block.count).squaredNorm();
     return out;
   }
 
