@@ -104,8 +104,9 @@ class EffortSearch {
 
   // ---- moves --------------------------------------------------------------------------------------------------------
 
-  /// A change, and the log evidence that it promises over the set that stands: any is worth a fit, since the colour is
-  /// of a rest that the change would take away, which makes little of it.
+  /// A change, and the log evidence that it promises over the set that stands. What is put in is worth a fit if it
+  /// promises anything, since the colour is of a rest that it would take away, which makes little of it; an exchange
+  /// finds that rest gone already.
   struct Move {
     double gain = 0.0;
     int in = -1, out = -1;  ///< parts
@@ -147,7 +148,8 @@ class EffortSearch {
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
       if (move.in >= 0 && !clashing(near, set, move.in).empty()) return;
-      if (!(move.gain > 0.0) || refused_.count(name_of(near, move)) > 0) return;
+      const bool exchange = move.in >= 0 && move.out >= 0;
+      if (!(move.gain > (exchange ? kMustBring : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
     };
