@@ -105,8 +105,8 @@ class EffortSearch {
   // ---- moves --------------------------------------------------------------------------------------------------------
 
   /// A change, and the log evidence that it promises over the set that stands. What is put in is worth a fit if it
-  /// promises anything, since the colour is of a rest that it would take away, which makes little of it; an exchange
-  /// finds that rest gone already.
+  /// promises anything, since the colour is of a rest that it would take away, which makes little of it. What has more
+  /// numbers than the one whose place it takes finds that rest gone, and must promise what it must bring.
   struct Move {
     double gain = 0.0;
     int in = -1, out = -1;  ///< parts
@@ -142,14 +142,18 @@ class EffortSearch {
     return name(move.in) + ">" + name(move.out) + fmt::format("#{}", standing_.effects.size());
   }
 
+  static std::size_t numbers_of(const Linearised& near, int part) {
+    return near.parts()[static_cast<std::size_t>(part)].columns.size();
+  }
+
   /// At every place the best of what can be put in, taken out or exchanged there; most evidence first.
   std::vector<Move> promising(const Linearised& near, const Linearised::Set& now, double standing) const {
     std::map<std::string, Move> best;
     const auto offer = [&](Move move, const Linearised::Set& set) {
       move.gain = near.evidence(set) - standing;
       if (move.in >= 0 && !clashing(near, set, move.in).empty()) return;
-      const bool exchange = move.in >= 0 && move.out >= 0;
-      if (!(move.gain > (exchange ? kMustBring : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
+      const bool richer = move.in >= 0 && move.out >= 0 && numbers_of(near, move.in) > numbers_of(near, move.out);
+      if (!(move.gain > (richer ? kMustBring : 0.0)) || refused_.count(name_of(near, move)) > 0) return;
       Move& there = best[move.where];
       if (move.gain > there.gain) there = move;
     };
