@@ -148,14 +148,12 @@ std::optional<Carried> carried_instead(const Structure& s, const ChangeGroups& g
   return out;
 }
 
-/// From each set's own fit, all changed, or from a load in one of them, whose place no linearisation finds. A link that
-/// weighs more in one set is the same to the recordings as a load that it carries: called a load, where that says it as
-/// well.
+/// From each set's own fit, all changed. A link that weighs more in one set is the same to the recordings as a load
+/// that it carries: called a load, where that says it as well.
 Searched search(const Structure& s, const ChangeGroups& groups, const std::optional<Hypothesised>& loaded,
                 const RunControl& control, const std::function<void(double)>& progress) {
   const ChangedSet all(groups.size(), 1);
   Hypothesised start{all, fit_jointly(s.a, s.b, groups, all, {s.a.model.fit.point, s.b.model.fit.point}, control.stop)};
-  if (loaded && loaded->fit.cost < start.fit.cost) start.fit = loaded->fit;
   Searched out = search_from(s, groups, std::move(start), control);
   progress(0.5);
   if (!loaded) return out;
