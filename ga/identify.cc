@@ -321,7 +321,7 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   fit.optimizer = to_string(options.optimizer);
   SimulatorOptions simulator = options.simulator;
   fit.step = options.step ? StepChoice{*options.step, std::nan("")}
-                          : choose_step(model, experiment, simulator, model.values());
+                          : choose_step(model, experiment, simulator, space.expand(space.start()));
   simulator.max_step = fit.step.step;
   const std::vector<double> weights = first_weights(model, experiment);
   std::optional<Problem> problem(std::in_place, model, experiment, space, simulator, weights);
