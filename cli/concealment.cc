@@ -23,15 +23,29 @@ constexpr std::uint32_t kNoise = 42;                   // use of random draws: s
 
 using Channels = TrueMachine::Channels;
 
+/// Nothing simulates the pressures of a joint whose actuator has no chambers.
+void leave_out_pressures_of_no_chamber(Scenario& scenario) {
+  for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) {
+    const auto channels = scenario.channels.of.find(kind);
+    if (channels == scenario.channels.of.end()) continue;
+    std::erase_if(channels->second, [&](const auto& channel) {
+      return std::none_of(scenario.actuators.begin(), scenario.actuators.end(), [&](const ActuatorSpec& a) {
+        const int type = find_actuator(a.model);
+        return a.joint == channel.first && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
+      });
+    });
+    if (!channels->second.empty()) continue;
+    scenario.channels.of.erase(channels);
+    scenario.noise.erase(kind);
+  }
+}
+
 /// The scenario with each file once, simulated whole, and only what can be simulated measured.
 Scenario free_runs_of(const Scenario& scenario) {
   Scenario out = scenario;
   out.recordings = recordings_of(scenario);
-  out.prediction = FreeRun{};
-  for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) {
-    out.channels.of.erase(kind);
-    out.noise.erase(kind);
-  }
+  out.prediction = FreeRun{}, out.pressure_driven = false;
+  leave_out_pressures_of_no_chamber(out);
   return out;
 }
 
@@ -115,7 +129,7 @@ Recording recorded(const Scenario& scenario, const TrueMachine& machine, const S
 Scenario handed_over(const Scenario& given, const Scenario& runs, const Experiment& experiment,
                      const std::vector<std::shared_ptr<const Recording>>& recordings) {
   Scenario out = given;
-  for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) out.channels.of.erase(kind);
+  leave_out_pressures_of_no_chamber(out);
   out.noise.clear();
   for (const Channel& channel : experiment.channels)
     out.noise[channel.kind][experiment.joint_names[static_cast<std::size_t>(channel.joint)]] = channel.noise;
@@ -143,8 +157,8 @@ void refuse_shared_names(const Scenario& runs) {
 /// Measured efforts say what a motion needed, not how it was commanded: nothing would drive the true machine.
 void refuse_undriven(const Scenario& scenario) {
   const bool inverse = std::holds_alternative<InverseDynamics>(scenario.prediction);
-  if (inverse && !scenario.channels.of.contains(ChannelKind::command))
-    throw InputError(scenario.file.string() + ": channels", "no command, and efforts that are predicted",
+  if ((inverse || scenario.pressure_driven) && !scenario.channels.of.contains(ChannelKind::command))
+    throw InputError(scenario.file.string() + ": channels", "no command",
                      "command: {JOINT: COLUMN, ...}, which the true machine is simulated from (efforts of arms drawn "
                      "anew: scripts/effort_suite)");
 }

@@ -22,7 +22,7 @@ if(LACUNA_WERROR)
 endif()
 if(LACUNA_SANITIZE)
   target_compile_options(lacuna_flags INTERFACE
-    -fsanitize=${LACUNA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    -fsanitize=${LACUNA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer ${LACUNA_SANITIZE_WITHOUT})
   target_link_options(lacuna_flags INTERFACE -fsanitize=${LACUNA_SANITIZE})
 endif()
 set(CMAKE_CXX_EXTENSIONS OFF)

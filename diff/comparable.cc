@@ -120,11 +120,12 @@ void compare_effects(const Compared& compared, const Scenario& a, const Scenario
     compared.numbers("effects." + x[i], a.effects[i].parameters, b.effects[i].parameters);
 }
 
-std::string words_of(const Prediction& prediction) {
-  if (const auto* w = std::get_if<Windows>(&prediction)) return fmt::format("{{horizon: {:.10g}}}", w->horizon);
-  if (const auto* i = std::get_if<InverseDynamics>(&prediction))
-    return fmt::format("{{inverse_dynamics: {{cutoff_hz: {:.10g}}}}}", i->cutoff_hz);
-  return "free_run";
+std::string words_of(const Scenario& scenario) {
+  std::string out = "free_run";
+  if (const auto* w = std::get_if<Windows>(&scenario.prediction)) out = fmt::format("{{horizon: {:.10g}}}", w->horizon);
+  if (const auto* i = std::get_if<InverseDynamics>(&scenario.prediction))
+    out = fmt::format("{{inverse_dynamics: {{cutoff_hz: {:.10g}}}}}", i->cutoff_hz);
+  return scenario.pressure_driven ? "{pressure_driven: " + out + "}" : out;
 }
 
 }  // namespace
@@ -136,7 +137,7 @@ void check_comparable(const Scenario& a, const Scenario& b) {
   compare_effects(compared, a, b);
   compare_identify(compared, a, b);
   compare_channels(compared, a, b);
-  compared.text("prediction", words_of(a.prediction), words_of(b.prediction));
+  compared.text("prediction", words_of(a), words_of(b));
 }
 
 }  // namespace lacuna

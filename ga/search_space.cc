@@ -93,6 +93,9 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coor
       if (info != nullptr && info->structural)
         throw InputError(spec.where, quoted(spec.name),
                          "a number that can be searched, not one that says what a law is made of");
+      if (info != nullptr && info->fills && scenario.pressure_driven)
+        throw InputError(spec.where, quoted(model.parameters()[static_cast<std::size_t>(index)].name),
+                         "a number that acts behind the chambers: measured pressures drive this joint");
       const Axis axis = axis_for(model, spec, index, coordinates);
       const auto same = std::find_if(axes_.begin(), axes_.end(), [&](const Axis& a) { return a.parameter == index; });
       if (same == axes_.end()) {

@@ -99,6 +99,8 @@ struct ParameterInfo {
   /// Units of `scale`: nearer to neutral than this it is no such thing (a stop that its drive pushes through is a
   /// spring).
   double least = 0.0;
+  /// Of an actuator with chambers: says how they fill, nothing where their pressures are measured and drive the joint.
+  bool fills = false;
 };
 
 /// How a joint's speed and an actuator's first two states drive each other about one instant, where that may be faster

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "physics/actuators/table.h"
 #include "physics/catalogue.h"
 #include "physics/events.h"
 #include "physics/noise.h"
@@ -70,6 +71,7 @@ struct Cut {
   std::shared_ptr<const CommandTrack> track;
   std::map<ChannelKind, std::vector<std::vector<double>>> signals;  ///< [joint]; empty: not measured
   double session = 0.0;                                             ///< s, of the track's start
+  std::shared_ptr<const PressureTrack> pressures = {};              ///< where they drive joints
 
   const std::vector<double>& signal(ChannelKind kind, int joint) const {
     return signals.at(kind)[static_cast<std::size_t>(joint)];
@@ -91,19 +93,42 @@ Cut cut(const Scenario& scenario, const RecordingSpec& spec, double session_offs
   return out;
 }
 
-void set_stated_noise(const Scenario& scenario, Channel& channel) {
-  const auto stated = scenario.noise.find(channel.kind);
-  if (stated == scenario.noise.end()) return;
-  const auto of = stated->second.find(scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name);
-  if (of != stated->second.end()) channel.noise = of->second, channel.noise_stated = true;
-}
-
 /// Whether the joint's actuator has two pressures.
 bool has_chambers(const Scenario& scenario, const Joint& joint) {
   return std::any_of(scenario.actuators.begin(), scenario.actuators.end(), [&](const ActuatorSpec& a) {
     const int type = find_actuator(a.model);
     return a.joint == joint.name && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
   });
+}
+
+/// Puts measured pressures in the place of commands at the joints whose actuators have chambers.
+void drive_by_pressures(const Scenario& scenario, const RecordingSpec& spec, Cut& piece) {
+  auto pressures = std::make_shared<PressureTrack>(scenario.robot->joints().size());
+  auto track = std::make_shared<CommandTrack>(*piece.track);
+  for (std::size_t j = 0; j < pressures->size(); ++j) {
+    const Joint& joint = scenario.robot->joints()[j];
+    if (!has_chambers(scenario, joint)) continue;
+    for (const std::size_t which : {0u, 1u}) {
+      const ChannelKind kind = which == 0 ? ChannelKind::pressure_a : ChannelKind::pressure_b;
+      const std::vector<double>& values = piece.signal(kind, static_cast<int>(j));
+      for (std::size_t k = 0; k < values.size(); ++k)
+        if (!std::isfinite(values[k]))
+          throw InputError(spec.where,
+                           fmt::format("no {} of {} at {} s of {}", to_string(kind), quoted(joint.name),
+                                       track->begin + track->time[k], quoted(spec.file)),
+                           "a pressure at every instant, where pressures drive the joint");
+      (*pressures)[j][which] = values;
+    }
+    std::fill(track->value[j].begin(), track->value[j].end(), 0.0);
+  }
+  piece.track = track, piece.pressures = pressures;
+}
+
+void set_stated_noise(const Scenario& scenario, Channel& channel) {
+  const auto stated = scenario.noise.find(channel.kind);
+  if (stated == scenario.noise.end()) return;
+  const auto of = stated->second.find(scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name);
+  if (of != stated->second.end()) channel.noise = of->second, channel.noise_stated = true;
 }
 
 /// What can be compared at joint j: by simulation whatever is measured and can be predicted, by inverse dynamics the
@@ -114,8 +139,8 @@ std::vector<ChannelKind> compared_kinds(const Scenario& scenario, const Joint& j
     const bool measured = column_spec(scenario, quantity.kind, joint) != nullptr;
     const bool starts_there = inverse(scenario) && quantity.predicted_by == PredictedBy::motion;
     const bool within = quantity.predicted_by == PredictedBy::chambers;
-    const bool predicted =
-        within ? !inverse(scenario) && has_chambers(scenario, joint) : quantity.predicted_by != PredictedBy::given;
+    const bool predicted = within ? !inverse(scenario) && !scenario.pressure_driven && has_chambers(scenario, joint)
+                                  : quantity.predicted_by != PredictedBy::given;
     if (measured && predicted && !starts_there) out.push_back(quantity.kind);
   }
   if (!inverse(scenario) || column_spec(scenario, ChannelKind::effort, joint) != nullptr) return out;
@@ -231,6 +256,7 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     segment.v0_error.push_back(start.slope_error);
   }
   segment.pressures0 = start_pressures(piece, channels, segment.q0.size(), first);
+  segment.pressures = piece.pressures;
   return segment;
 }
 
@@ -366,6 +392,30 @@ void filter_noise(const Scenario& scenario, Experiment& out) {
   for (Channel& channel : out.channels) channel.noise *= gain;
 }
 
+/// N m (N): the measured effort of joint j, or what the pressures that drive it give where it stands.
+std::vector<double> efforts_of(const Scenario& scenario, const Cut& piece, int j) {
+  const std::size_t at = static_cast<std::size_t>(j);
+  const std::vector<double>& position = piece.signal(ChannelKind::position, j);
+  if (!piece.pressures || (*piece.pressures)[at].front().empty() || position.empty())
+    return piece.signal(ChannelKind::effort, j);
+  const ActuatorSpec& spec =
+      *std::ranges::find(scenario.actuators, scenario.robot->joints()[at].name, &ActuatorSpec::joint);
+  const auto type = static_cast<std::size_t>(find_actuator(spec.model));
+  std::vector<double> parameters, out;
+  for (const ParameterInfo& p : actuator_table()[type].parameters) {
+    const auto given = spec.parameters.find(p.name);
+    parameters.push_back(given == spec.parameters.end() ? p.neutral : given->second);
+  }
+  for (std::size_t k = 0; k < position.size(); ++k) {
+    const std::array<double, 2> chambers{(*piece.pressures)[at][0][k] / kPressureUnit,
+                                         (*piece.pressures)[at][1][k] / kPressureUnit};
+    JointView<double> view;
+    view.q = position[k], view.z = chambers.data();
+    out.push_back(Actuators::hooks<double>()[type].effort(parameters.data(), view));
+  }
+  return out;
+}
+
 /// rms about zero (commands, efforts) or about the mean (positions) over the train recordings.
 void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Experiment& out) {
   for (int j = 0; j < scenario.robot->dof(); ++j) {
@@ -374,7 +424,7 @@ void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Exper
     for (std::size_t r = 0; r < cuts.size(); ++r) {
       if (scenario.recordings[r].role != Role::train) continue;
       for (const double u : cuts[r].track->value[static_cast<std::size_t>(j)]) u2 += u * u, ++n_u;
-      for (const double e : cuts[r].signal(ChannelKind::effort, j))
+      for (const double e : efforts_of(scenario, cuts[r], j))
         if (std::isfinite(e)) e2 += e * e, ++n_e;
       const std::vector<double>& q = cuts[r].signal(ChannelKind::position, j);
       const std::vector<double>& t = cuts[r].track->time;
@@ -520,7 +570,10 @@ Experiment make_experiment(const Scenario& scenario) {
   }
   std::vector<Cut> cuts;
   const std::map<std::string, double> session = session_offsets(scenario);
-  for (const RecordingSpec& spec : scenario.recordings) cuts.push_back(cut(scenario, spec, session.at(spec.file)));
+  for (const RecordingSpec& spec : scenario.recordings) {
+    cuts.push_back(cut(scenario, spec, session.at(spec.file)));
+    if (scenario.pressure_driven) drive_by_pressures(scenario, spec, cuts.back());
+  }
   if (cuts.empty()) throw InputError(scenario.file.string() + ": recordings", "none", "at least one");
   const std::vector<double>& clock = cuts.front().track->time;
   out.sample_period = scenario.sample_period.value_or(inverse(scenario) ? even_times(clock)[1] : median_spacing(clock));

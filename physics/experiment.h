@@ -31,6 +31,10 @@ struct CommandTrack {
 
 struct StartEffects;
 
+/// Measured pressures of one recording that drive its joints: [joint][0: A, 1: B][sample of the track], Pa; empty where
+/// a joint is driven otherwise. Between samples they go on straight lines.
+using PressureTrack = std::vector<std::array<std::vector<double>, 2>>;
+
 struct Segment {
   int recording = 0;  ///< index in Scenario::recordings
   Role role = Role::train;
@@ -52,6 +56,7 @@ struct Segment {
 
   /// [joint] Pa, chambers A and B at the start as measured there; NaN: not. Empty: at no joint.
   std::vector<std::array<double, 2>> pressures0 = {};
+  std::shared_ptr<const PressureTrack> pressures = {};  ///< null: every joint is driven by its command
 
   /// Inverse dynamics only: the motion on even samples, which the track's are, too, and those of its samples that are
   /// compared (low-passed signals are thinned to twice the cutoff).

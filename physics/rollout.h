@@ -70,6 +70,8 @@ class Rollout {
   void advance(std::size_t sample, double max_step);
   void fetch_commands(std::size_t sample);
   void fetch_pushes(std::size_t sample);
+  void fetch_pressures(std::size_t sample);
+  bool is_pressed(std::size_t j) const;
   Instant<T> instant(const T& since, const State& x) const;
   void derivative(const T& since, const State& x, State& dx);
   void remember(const T& since);
@@ -101,6 +103,7 @@ class Rollout {
   std::vector<T> memory_;  ///< of the plant, at the start of the step
   std::vector<T> u_, tau_, free_, direction_;
   std::vector<T> push_, probe_;  ///< N m or N, on the joints besides: the segments' own with it, and what linearises
+  std::vector<std::array<T, 2>> rise_;  ///< 1/s, of measured pressures that drive joints, in kPressureUnit
   std::vector<T> hold_up_, hold_down_;  ///< break-away efforts under pulls up and down, N m or N
   std::vector<T> imbalance_, imbalance_at_start_, imbalance_at_middle_;  ///< effort on held joints, N m or N
   std::vector<bool> dry_;                                                ///< joints with any dry friction component

@@ -23,6 +23,7 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
     const int joint = static_cast<int>(j);
     if (plant.is_fast(joint)) fast_.add(joint, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(joint)));
   }
+  rise_.assign(n_, {T(0.0), T(0.0)});
   memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
   free_.assign(n_, T(1.0));
   for (std::size_t j = 0; j < n_; ++j) {
@@ -94,6 +95,7 @@ void Rollout<T, Dyn>::start(double max_step) {
       plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), of_each(measured), x_.data() + 2 * n_);
     }
   }
+  fetch_pressures(0);
   plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_, memory_.data());
   run_up();
 }
@@ -162,6 +164,32 @@ void Rollout<T, Dyn>::fetch_pushes(std::size_t sample) {
                });
 }
 
+/// Whether joint j is driven by measured pressures: an experiment's segments are alike in that.
+template <class T, class Dyn>
+bool Rollout<T, Dyn>::is_pressed(std::size_t j) const {
+  const auto& pressures = segments_.front()->pressures;
+  return pressures != nullptr && !(*pressures)[j].front().empty();
+}
+
+/// Chambers as measured at a sample, and how their pressures rise from there to the next.
+template <class T, class Dyn>
+void Rollout<T, Dyn>::fetch_pressures(std::size_t sample) {
+  for (std::size_t j = 0; j < n_; ++j) {
+    if (!is_pressed(j)) continue;
+    for (const std::size_t which : {0u, 1u}) {
+      const auto after = [&](std::size_t ahead) {
+        return of_each([&](const Segment& s) {
+          return (*s.pressures)[j][which][s.first + std::min(sample + ahead, s.count - 1)];
+        });
+      };
+      plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), after(0), x_.data() + 2 * n_);
+      const T interval = time(sample + 1) - time(sample);
+      rise_[j][which] =
+          select(interval > T(0.0), T(1.0 / kPressureUnit) * (after(1) - after(0)) / max(interval, T(1e-300)), T(0.0));
+    }
+  }
+}
+
 /// Puts in force the last command that has arrived by the lane's clock; before the track's start the first one holds.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::move_cursor(Cursor& cursor) {
@@ -201,6 +229,7 @@ void Rollout<T, Dyn>::advance(std::size_t sample, double max_step) {
   t_ = time(sample);
   fetch_commands(sample);
   fetch_pushes(sample);
+  fetch_pressures(sample);
   // Every event costs one more round; a lane with more of them than this goes on with plain steps.
   const T most = T(kEvents) * (end - t_) / nominal + T(63.5), close = T(1e-9) * nominal;
   std::vector<T> fraction(n_, T(2.0));
@@ -266,6 +295,7 @@ void Rollout<T, Dyn>::derivative(const T& since, const State& x, State& dx) {
     dx[j] = v[j];
     tau_[j] = plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr) +
               push_[j];
+    if (is_pressed(j)) std::ranges::copy(rise_[j], dx.data() + 2 * n_ + plant_.actuator_state(joint));
     if (!dry_[j]) continue;
     const T speed = max(v[j] * direction_[j], T(0.0));
     tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, now, q[j], speed, direction_[j], u_[j]);
@@ -331,6 +361,10 @@ void Rollout<T, Dyn>::look_at_fast_motion() {
   const Instant<T> now = instant(T(0.0), x_);
   for (auto& spring : fast_.springs()) {
     const std::size_t j = static_cast<std::size_t>(spring.joint);
+    if (is_pressed(j)) {
+      spring.part = {{T(0.0), T(0.0)}, {T(0.0), T(0.0)}, {T(0.0), T(0.0), T(0.0), T(0.0)}};
+      continue;
+    }
     spring.part = plant_.fast(spring.joint, now, x_[j], x_[n_ + j], u_[j], x_.data() + 2 * n_, memory_.data());
   }
   fast_.set_free(free_);

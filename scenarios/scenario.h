@@ -135,6 +135,8 @@ struct Scenario {
   std::vector<EffectSpec> effects;
   std::vector<EventSpec> events;
   Prediction prediction = FreeRun{};
+  /// Simulations of joints with a hydraulic actuator start behind the valve: the measured pressures push the pistons.
+  bool pressure_driven = false;
   std::optional<MotionSpec> motion;
   std::vector<std::string> notes;  ///< what loading ignored or counted (meshes, missing samples)
 

@@ -14,8 +14,9 @@ void put_column(YamlWriter& yaml, const std::string& joint, const ColumnSpec& sp
   yaml.end();
 }
 
-void put_prediction(YamlWriter& yaml, const Prediction& prediction) {
-  yaml.key("prediction");
+namespace {
+
+void put_simulation(YamlWriter& yaml, const Prediction& prediction) {
   if (const auto* windows = std::get_if<Windows>(&prediction)) {
     yaml.short_map().put("horizon", windows->horizon).end();
   } else if (const auto* inverse = std::get_if<InverseDynamics>(&prediction)) {
@@ -23,6 +24,19 @@ void put_prediction(YamlWriter& yaml, const Prediction& prediction) {
   } else {
     yaml.value("free_run");
   }
+}
+
+}  // namespace
+
+void put_prediction(YamlWriter& yaml, const Prediction& prediction, bool pressure_driven) {
+  yaml.key("prediction");
+  if (pressure_driven) {
+    yaml.short_map().key("pressure_driven");
+    put_simulation(yaml, prediction);
+    yaml.end();
+    return;
+  }
+  put_simulation(yaml, prediction);
 }
 
 }  // namespace lacuna

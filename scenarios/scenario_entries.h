@@ -12,6 +12,6 @@ namespace lacuna {
 void put_column(YamlWriter& yaml, const std::string& joint, const ColumnSpec& spec);
 
 /// `prediction: ...`.
-void put_prediction(YamlWriter& yaml, const Prediction& prediction);
+void put_prediction(YamlWriter& yaml, const Prediction& prediction, bool pressure_driven = false);
 
 }  // namespace lacuna

@@ -438,9 +438,20 @@ void ScenarioParser::note_unused_pressures() {
   }
 }
 
+/// Where measured pressures push a piston, what its valve was told has had its say in them.
+void ScenarioParser::note_commands_behind_pressures() {
+  const auto commands = out_.channels.of.find(ChannelKind::command);
+  if (!out_.pressure_driven || commands == out_.channels.of.end()) return;
+  for (const ActuatorSpec& actuator : out_.actuators)
+    if (actuator.parameters.count("area_a") > 0 && commands->second.contains(actuator.joint))
+      out_.notes.push_back("channels.command of " + printable(actuator.joint, 60) +
+                           ": not used, since the joint is driven by its measured pressures");
+}
+
 /// Nothing given is ignored in silence.
 void ScenarioParser::note_unused() {
   note_unused_pressures();
+  note_commands_behind_pressures();
   const auto commands = out_.channels.of.find(ChannelKind::command),
              efforts = out_.channels.of.find(ChannelKind::effort);
   if (!std::holds_alternative<InverseDynamics>(out_.prediction) || commands == out_.channels.of.end() ||
@@ -453,22 +464,48 @@ void ScenarioParser::note_unused() {
 }
 
 void ScenarioParser::parse_prediction(const YamlCursor& section) {
+  constexpr const char* kForms =
+      "free_run, {horizon: s}, {inverse_dynamics: {cutoff_hz: Hz}} or {pressure_driven: free_run or {horizon: s}}";
   if (section.is_scalar()) {
-    if (section.text() != "free_run") section.fail("free_run, {horizon: s} or {inverse_dynamics: {cutoff_hz: Hz}}");
+    if (section.text() != "free_run") section.fail(kForms);
     out_.prediction = FreeRun{};
     return;
   }
-  section.expect_keys({"horizon", "inverse_dynamics"});
+  section.expect_keys({"horizon", "inverse_dynamics", "pressure_driven"});
   const auto horizon = section.find("horizon");
   const auto inverse = section.find("inverse_dynamics");
-  if (horizon.has_value() == inverse.has_value())
-    section.fail("free_run, {horizon: s} or {inverse_dynamics: {cutoff_hz: Hz}}");
+  const auto pressures = section.find("pressure_driven");
+  if (horizon.has_value() + inverse.has_value() + pressures.has_value() != 1) section.fail(kForms);
   if (horizon) {
     out_.prediction = Windows{horizon->positive_number()};
-  } else {
+  } else if (inverse) {
     inverse->expect_keys({"cutoff_hz"});
     out_.prediction = InverseDynamics{inverse->at("cutoff_hz").positive_number()};
+  } else {
+    parse_pressure_driven(*pressures);
   }
+}
+
+/// `free_run` or `{horizon: s}`, where every valve's both pressures are measured.
+void ScenarioParser::parse_pressure_driven(const YamlCursor& section) {
+  out_.pressure_driven = true;
+  if (!section.is_scalar()) {
+    section.expect_keys({"horizon"});
+    if (const auto horizon = section.find("horizon")) out_.prediction = Windows{horizon->positive_number()};
+  } else if (section.text() != "free_run") {
+    section.fail("free_run or {horizon: s}");
+  }
+  int driven = 0;
+  for (const ActuatorSpec& actuator : out_.actuators) {
+    if (actuator.parameters.count("area_a") == 0) continue;
+    ++driven;
+    for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b})
+      if (const auto of = out_.channels.of.find(kind);
+          of == out_.channels.of.end() || !of->second.contains(actuator.joint))
+        throw InputError(section.where(), fmt::format("no channels.{} of {}", to_string(kind), quoted(actuator.joint)),
+                         "both pressures of every joint with a hydraulic actuator");
+  }
+  if (driven == 0) section.fail("an actuator of the model hydraulic, whose areas the measured pressures act on");
 }
 
 void ScenarioParser::parse_motion(const YamlCursor& section) {

@@ -197,7 +197,7 @@ void save_scenario(const Scenario& scenario, const fs::path& file) {
   put_noise(yaml, scenario);
   put_recordings(yaml, scenario, moved);
   put_effects(yaml, scenario, moved);
-  put_prediction(yaml, scenario.prediction);
+  put_prediction(yaml, scenario.prediction, scenario.pressure_driven);
   if (scenario.motion) {
     const std::string& commands = scenario.motion->commands;
     put_motion(yaml, *scenario.motion, commands.empty() ? commands : mover.recording(commands));

@@ -131,26 +131,31 @@ struct Hydraulic {
 
   static std::vector<ParameterInfo> parameters() {
     const double required = std::nan("");
-    return {{"gain", "m^3/(s Pa^0.5)", required, -10.0, 10.0,
-             "flow through either edge of the fully open valve over the root of the drop; negative: hoses swapped"},
-            {"full_command", "V", required, 1e-9, 1e9, "command at which the valve is fully open"},
-            {"area_a", "m^2", required, 1e-8, 10.0, "piston area whose pressure lengthens s; rotary: m^3/rad"},
-            {"area_b", "m^2", required, 1e-8, 10.0, "piston area on the other side; rotary: m^3/rad"},
-            {"dead_volume_a", "m^3", required, 1e-9, 1.0, "oil in hose and ports of A, besides that in the stroke"},
-            {"dead_volume_b", "m^3", required, 1e-9, 1.0, "oil in hose and ports of B, besides that in the stroke"},
-            {"stroke", "m", required, 1e-6, 1e3, "of the piston; rotary: rad"},
-            {"middle", "rad", 0.0, -1e3, 1e3, "the joint's position at half of the stroke"},
-            {"ratio", "m/rad", 1.0, -1e3, 1e3, "stroke per joint position, where there is no lever"},
-            {"lever_a", "m", 0.0, 0.0, 1e3, "distance of one pin from the joint's axis; 0: no lever"},
-            {"lever_b", "m", 0.0, 0.0, 1e3, "distance of the other pin"},
-            {"lever_angle", "rad", 0.0, -7.0, 7.0, "angle between the pins, seen from the axis, at position 0"},
-            {"bulk_modulus", "Pa", 1.4e9, 1e5, 1e12, "of the oil"},
-            {"hose_compliance", "1/Pa", 0.0, 0.0, 1e-5, "share by which hoses widen per pressure, of the dead volumes"},
-            {"supply_pressure", "Pa", required, 1e4, 1e9, "before the valve"},
-            {"return_pressure", "Pa", 0.0, 0.0, 1e9, "behind it"},
-            {"relief_pressure", "Pa", 1e10, 1e4, 1e10, "at which either chamber opens to the return"},
-            {"leakage", "m^3/(s Pa)", 0.0, 0.0, 1e-6, "from chamber to chamber"},
-            {"leakage_out", "m^3/(s Pa)", 0.0, 0.0, 1e-6, "from either chamber to the return"}};
+    std::vector<ParameterInfo> out{
+        {"gain", "m^3/(s Pa^0.5)", required, -10.0, 10.0,
+         "flow through either edge of the fully open valve over the root of the drop; negative: hoses swapped"},
+        {"full_command", "V", required, 1e-9, 1e9, "command at which the valve is fully open"},
+        {"area_a", "m^2", required, 1e-8, 10.0, "piston area whose pressure lengthens s; rotary: m^3/rad"},
+        {"area_b", "m^2", required, 1e-8, 10.0, "piston area on the other side; rotary: m^3/rad"},
+        {"dead_volume_a", "m^3", required, 1e-9, 1.0, "oil in hose and ports of A, besides that in the stroke"},
+        {"dead_volume_b", "m^3", required, 1e-9, 1.0, "oil in hose and ports of B, besides that in the stroke"},
+        {"stroke", "m", required, 1e-6, 1e3, "of the piston; rotary: rad"},
+        {"middle", "rad", 0.0, -1e3, 1e3, "the joint's position at half of the stroke"},
+        {"ratio", "m/rad", 1.0, -1e3, 1e3, "stroke per joint position, where there is no lever"},
+        {"lever_a", "m", 0.0, 0.0, 1e3, "distance of one pin from the joint's axis; 0: no lever"},
+        {"lever_b", "m", 0.0, 0.0, 1e3, "distance of the other pin"},
+        {"lever_angle", "rad", 0.0, -7.0, 7.0, "angle between the pins, seen from the axis, at position 0"},
+        {"bulk_modulus", "Pa", 1.4e9, 1e5, 1e12, "of the oil"},
+        {"hose_compliance", "1/Pa", 0.0, 0.0, 1e-5, "share by which hoses widen per pressure, of the dead volumes"},
+        {"supply_pressure", "Pa", required, 1e4, 1e9, "before the valve"},
+        {"return_pressure", "Pa", 0.0, 0.0, 1e9, "behind it"},
+        {"relief_pressure", "Pa", 1e10, 1e4, 1e10, "at which either chamber opens to the return"},
+        {"leakage", "m^3/(s Pa)", 0.0, 0.0, 1e-6, "from chamber to chamber"},
+        {"leakage_out", "m^3/(s Pa)", 0.0, 0.0, 1e-6, "from either chamber to the return"}};
+    for (const int i : {kGain, kFull, kVolumeA, kVolumeB, kStroke, kMiddle, kBulk, kHose, kSupply, kReturn, kRelief,
+                        kLeakage, kLeakageOut})
+      out[static_cast<std::size_t>(i)].fills = true;
+    return out;
   }
 
   /// How the stroke grows with the joint's position, m/rad.

@@ -1,5 +1,5 @@
-// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on masses and
-// on a reading too.
+// The catalogue: one file and one entry here per effect. Effects on the command act in this order, those on a flow, on
+// masses and on a reading too.
 #pragma once
 
 #include "physics/effects/actuator_lag.h"
@@ -25,10 +25,12 @@
 #include "physics/effects/learned_reading.h"
 #include "physics/effects/lever_arm_variation.h"
 #include "physics/effects/load_dependent_friction.h"
+#include "physics/effects/oil_compressibility.h"
 #include "physics/effects/orifice_load_dependence.h"
 #include "physics/effects/payload.h"
 #include "physics/effects/power_friction.h"
 #include "physics/effects/quadratic_damping.h"
+#include "physics/effects/relief.h"
 #include "physics/effects/rigid_body.h"
 #include "physics/effects/sensor_backlash.h"
 #include "physics/effects/sensor_delay.h"
@@ -42,6 +44,7 @@
 #include "physics/effects/torque_offset.h"
 #include "physics/effects/valve_asymmetry.h"
 #include "physics/effects/valve_deadband.h"
+#include "physics/effects/valve_drift.h"
 #include "physics/effects/valve_hysteresis.h"
 #include "physics/effects/valve_offset.h"
 #include "physics/effects/valve_opening.h"
@@ -50,12 +53,13 @@
 namespace lacuna {
 
 using Effects =
-    ComponentList<InputDelay, ValveOffset, ValveDeadband, ValveOpening, ValveHysteresis, ActuatorSaturation,
+    ComponentList<InputDelay, ValveOffset, ValveDrift, ValveDeadband, ValveOpening, ValveHysteresis, ActuatorSaturation,
                   ValveAsymmetry, LearnedCommand, ActuatorLag, SharedSupply, LeverArmVariation, SupplyPressureSag,
-                  OrificeLoadDependence, Leakage, CoulombFriction, CoulombAsymmetry, StribeckFriction,
+                  OrificeLoadDependence, Leakage, Relief, CoulombFriction, CoulombAsymmetry, StribeckFriction,
                   LoadDependentFriction, HysteresisFriction, ViscousFriction, PowerFriction, QuadraticDamping,
-                  DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop, GearRipple, Backlash,
-                  JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt, BaseCompliance,
-                  SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale, LearnedEffort>;
+                  DampingAsymmetry, TorqueOffset, GravitySpring, StiffnessHardening, EndStop, OilCompressibility,
+                  GearRipple, Backlash, JointCompliance, ThermalDrift, RigidBody, ComShift, Payload, Armature, BaseTilt,
+                  BaseCompliance, SensorScale, SensorOffset, LearnedReading, SensorBacklash, SensorDelay, EffortScale,
+                  LearnedEffort>;
 
 }  // namespace lacuna

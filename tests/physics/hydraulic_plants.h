@@ -15,7 +15,7 @@ inline constexpr double kBar = 1e5;            // Pa
 
 /// A balanced rotor of 2 kg m^2: no gravity acts on it.
 inline constexpr double kInertia = 2.0;
-std::shared_ptr<const Robot> rotor() {
+inline std::shared_ptr<const Robot> rotor() {
   return Robot::from_urdf_text(R"(<robot name='rotor'><link name='world_link'/>
   <link name='rotor'><inertial><mass value='5'/><inertia ixx='1' iyy='1' izz='2' ixy='0' ixz='0' iyz='0'/></inertial></link>
   <joint name='swing' type='continuous'><parent link='world_link'/><child link='rotor'/><axis xyz='0 0 1'/></joint></robot>)",

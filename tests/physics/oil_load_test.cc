@@ -1,6 +1,8 @@
 // What the load does to a drive that integrates its flow: speeds against the closed forms of steady motion.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "physics/truth.h"
 #include "tests/physics/plants.h"
 
@@ -14,6 +16,8 @@ constexpr double kLoadSpring = 2e4, kLoadLoss = 6e2;  // N/m, N s/m, of the oil
 constexpr double kLoad = 50.0;                        // N, against the positive way
 constexpr double kStall = 80.0;                       // N
 constexpr double kLeak = 1e3;                         // N s/m
+constexpr double kMost = 40.0;                        // N, at which the relief valves open
+constexpr double kHalfStroke = 0.5;                   // m
 constexpr double kSpeedRounding = 1e-6;               // m/s, of what is left of the start's swing after 2 s
 const Start kFree{{0.0}, {0.0}};
 
@@ -31,6 +35,8 @@ double steady_speed(double command, double load, const EffectSpec& spec, const s
 }
 EffectSpec orifice() { return effect("orifice_load_dependence", "slide", {{"stall", kStall}}); }
 EffectSpec leak() { return effect("leakage", "slide", {{"R", kLeak}}); }
+EffectSpec relief() { return effect("relief", "slide", {{"most", kMost}}); }
+EffectSpec soft_oil() { return effect("oil_compressibility", "slide", {{"half", kHalfStroke}}); }
 
 /// sqrt(1 - share), where the laminar range about 0, a hundredth of the supply's pressure, takes a share of 1e-4/4.
 constexpr double kRoot = 1e-3;
@@ -53,16 +59,54 @@ TEST(Leakage, LetsALoadSinkAtRestAndSlowsItsLiftingAsMuch) {
   EXPECT_NEAR(steady_speed(1.0, 0.0, leak()), kLoadedSpeed, kSpeedRounding);
 }
 
+TEST(Relief, IsNothingUpToTheLoadAtWhichItOpens) {
+  EXPECT_EQ(steady_speed(1.0, 0.9 * kMost, relief()), steady_speed(1.0, 0.9 * kMost, effect("relief", "slide", {})));
+}
+
+TEST(Relief, LetsPassWhatIsBeyondItsLoad) {
+  constexpr double kPass = 1e-3 * kLoadSpring;  // N s/m: the oil that is too much leaves within 1 ms
+  EXPECT_NEAR(steady_speed(1.0, kLoad, relief()), kLoadedSpeed - (kLoad - kMost) / kPass, kSpeedRounding);
+  EXPECT_NEAR(steady_speed(0.0, -kLoad, relief()), (kLoad - kMost) / kPass, kSpeedRounding);
+}
+
+/// How far the block is from `at`, valve shut, after swinging freely on undamped oil for `seconds` from a push there.
+double swung(double at, double seconds, double push, const std::string& engine) {
+  const Start start{{at}, {push}};
+  const Scenario scenario = driven_scenario(
+      block_robot(),
+      {actuator("slide", "flow_source", {{"gain", kLoadedSpeed}, {"stiffness", kLoadSpring}, {"damping", 0.0}})},
+      constant_drive(1, seconds, seconds / 50.0, 0.0), start);
+  const PlantModel model = PlantModel(scenario).with_effects({soft_oil()});
+  return predict_one(model, started_experiment(scenario, start), on(engine, 1e-4)).front()[0].back() - at;
+}
+
+TEST(OilCompressibility, IsASpringThatIsStifferTowardsTheEndsOfTheStroke) {
+  constexpr double kPush = 0.01;  // m/s: within a tenth of a millimetre the spring stays the same
+  for (const std::string& engine : available_engines()) {
+    for (const double share : {0.0, -0.5, 0.8}) {
+      const double omega = std::sqrt(kLoadSpring / (1.0 - share * share) / kBlockMass);
+      const double quarter = 0.5 * std::numbers::pi / omega;
+      EXPECT_NEAR(swung(share * kHalfStroke, quarter, kPush, engine), kPush / omega, 2e-3 * kPush / omega) << engine;
+      EXPECT_NEAR(swung(share * kHalfStroke, 4.0 * quarter, kPush, engine), 0.0, 1e-2 * kPush / omega) << engine;
+    }
+  }
+}
+
+TEST(OilCompressibility, ChangesNoSteadySpeed) {
+  EXPECT_NEAR(steady_speed(0.5, kLoad, soft_oil()), 0.5 * kLoadedSpeed, 1e-4 * kLoadedSpeed);
+}
+
 TEST(OilLoad, IsAlikeOnEveryEngine) {
   for (const std::string& engine : available_engines()) {
     EXPECT_NEAR(steady_speed(1.0, kLoad, orifice(), engine), steady_speed(1.0, kLoad, orifice()), kSpeedRounding)
         << engine;
-    EXPECT_NEAR(steady_speed(0.0, kLoad, leak(), engine), steady_speed(0.0, kLoad, leak()), kSpeedRounding) << engine;
+    for (const EffectSpec& spec : {leak(), relief()})
+      EXPECT_NEAR(steady_speed(0.0, kLoad, spec, engine), steady_speed(0.0, kLoad, spec), kSpeedRounding) << engine;
   }
 }
 
 TEST(OilLoad, IsRefusedWhereTheDriveIntegratesNoFlow) {
-  for (const EffectSpec& spec : {orifice(), leak()}) {
+  for (const EffectSpec& spec : {orifice(), leak(), relief(), soft_oil()}) {
     Scenario scenario = driven_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}})},
                                         constant_drive(1, 1.0, 0.01, 0.0), kFree);
     scenario.effects = {spec};

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "scenarios/files.h"
 #include "tests/scenarios/support.h"
@@ -70,6 +72,54 @@ TEST(Scenario, NotesPressuresThatNothingPredicts) {
   EXPECT_THAT(notes_of(replaced(hydraulic, "  a.damping: [1, 4]\n", "")), ElementsAre(at("b")));
   const std::string inverse = replaced(hydraulic, "{horizon: 0.2}", "{inverse_dynamics: {cutoff_hz: 2}}");
   EXPECT_THAT(notes_of(inverse), testing::IsSupersetOf({at("a"), at("b")}));
+}
+
+/// Pressures measured at both joints, a hydraulic actuator at joint a.
+std::string pressed(const std::string& prediction) {
+  std::string out = replaced(kScenario, "noise:\n", "  pressure_a: {a: p_a}\n  pressure_b: {a: p_b}\nnoise:\n");
+  out = replaced(out, "a: {model: torque_source, gain: 10, damping: 2}",
+                 "a: {model: hydraulic, gain: 1e-9, area_a: 1e-3, area_b: 1e-3}");
+  return replaced(replaced(out, "  a.damping: [1, 4]\n", ""), "{horizon: 0.2}", prediction);
+}
+Scenario loaded_pressed(const std::string& scenario) {
+  const ScenarioFolder folder(scenario);
+  folder.write("run.csv",
+               "t,u_a,u_b,q_a,q_b,p_a,p_b\n0,1,2,.1,.2,5,6\n.1,1,2,.1,.2,5,6\n.2,1,2,.1,.2,5,6\n"
+               ".3,1,2,.1,.2,5,6\n.4,1,2,.1,.2,5,6\n.5,1,2,.1,.2,5,6\n.6,1,2,.1,.2,5,6\n");
+  return load_scenario(folder.file);
+}
+
+TEST(Scenario, MayBeDrivenByPressures) {
+  const Scenario whole = loaded_pressed(pressed("{pressure_driven: free_run}"));
+  EXPECT_TRUE(whole.pressure_driven);
+  EXPECT_TRUE(std::holds_alternative<FreeRun>(whole.prediction));
+  EXPECT_THAT(whole.notes, ElementsAre(HasSubstr("channels.command of a: not used")));
+  const Scenario windows = loaded_pressed(pressed("{pressure_driven: {horizon: 0.3}}"));
+  EXPECT_TRUE(windows.pressure_driven);
+  EXPECT_EQ(std::get<Windows>(windows.prediction).horizon, 0.3);
+  EXPECT_FALSE(loaded_pressed(pressed("{horizon: 0.2}")).pressure_driven);
+  for (const std::string given : {"{pressure_driven: free_run}", "{pressure_driven: {horizon: 0.3}}"}) {
+    const ScenarioFolder folder(pressed(given));
+    ScenarioOptions options;
+    options.load_recordings = false;
+    save_scenario(load_scenario(folder.file, options), folder.path() / "again.yaml");
+    std::ifstream again(folder.path() / "again.yaml");
+    const std::string text{std::istreambuf_iterator<char>(again), {}};
+    EXPECT_THAT(text, HasSubstr("prediction: " + given));
+  }
+}
+
+TEST(Scenario, IsDrivenByPressuresOnlyWhereBothAreMeasuredAndActOnAreas) {
+  const auto error = [](const std::string& scenario) { return input_error([&] { loaded_pressed(scenario); }); };
+  const std::string driven = pressed("{pressure_driven: free_run}");
+  EXPECT_THAT(error(replaced(driven, "  pressure_b: {a: p_b}\n", "")),
+              HasSubstr("prediction.pressure_driven: found no channels.pressure_b of \"a\", expected both pressures"));
+  EXPECT_THAT(error(replaced(driven, "model: hydraulic, gain: 1e-9, area_a: 1e-3, area_b: 1e-3",
+                             "model: torque_source, gain: 1")),
+              HasSubstr("expected an actuator of the model hydraulic"));
+  EXPECT_THAT(error(pressed("{pressure_driven: guess}")),
+              HasSubstr("found \"guess\", expected free_run or {horizon: s}"));
+  EXPECT_THAT(error(pressed("{pressure_driven: free_run, horizon: 0.2}")), HasSubstr("expected free_run"));
 }
 
 TEST(Scenario, NotesMissingMeasuredValues) {
