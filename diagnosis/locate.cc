@@ -63,9 +63,10 @@ class Efforts {
       : model_(model), options_(options), values_(model.space.expand(model.fit.point)) {
     // Of positions alone: what else is measured says the same with another noise.
     Scenario whole = scenario;
-    for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position,
-                                   ChannelKind::pressure_a, ChannelKind::pressure_b})
+    for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position})
       whole.channels.of.erase(kind);
+    if (!whole.pressure_driven)
+      for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) whole.channels.of.erase(kind);
     whole.events.clear();  // what happened is missing, too
     whole.prediction = FreeRun{};
     free_run_ = make_experiment(whole);

@@ -296,6 +296,15 @@ std::shared_ptr<const CommandTrack> held_at(const CommandTrack& track, const std
   return out;
 }
 
+std::shared_ptr<const PressureTrack> resampled_pressures(const PressureTrack& given, const std::vector<double>& time,
+                                                         const std::vector<double>& at) {
+  auto out = std::make_shared<PressureTrack>(given);
+  for (auto& joint : *out)
+    for (std::vector<double>& pressure : joint)
+      if (!pressure.empty()) pressure = resampled(time, pressure, at);
+  return out;
+}
+
 /// A whole recording for inverse dynamics: everything on one even clock, what is compared filtered as the prediction
 /// is, and thinned.
 Segment make_inverse_segment(const Scenario& scenario, int index, const std::vector<Cut>& cuts,
@@ -313,7 +322,11 @@ Segment make_inverse_segment(const Scenario& scenario, int index, const std::vec
   }
   set_motion(out, raw_motion(scenario, cuts, piece), cutoff);
   const std::vector<double>& even = out.motion->time;
-  if (!is_even(piece.track->time)) out.commands = held_at(*piece.track, even);
+  out.pressures = piece.pressures;
+  if (!is_even(piece.track->time)) {
+    out.commands = held_at(*piece.track, even);
+    if (piece.pressures) out.pressures = resampled_pressures(*piece.pressures, piece.track->time, even);
+  }
   const ZeroPhaseLowPass filter(cutoff, rate);
   const Thinning thinning(cutoff, rate);
   for (std::size_t k = thinning.edge; k + thinning.edge < out.count; k += thinning.stride) out.compared.push_back(k);

@@ -1,4 +1,7 @@
 // `lacuna conceal`: a case that stands for itself, says nothing of what it hides, and is sealed.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -282,6 +285,45 @@ TEST(Conceal, RefusesWhatItDoesNotKnow) {
 }
 
 /// From a motion and its efforts nobody knows the commands that another machine would have to be given.
+TEST(Conceal, KeepsThePressuresOfAHydraulicDriveAndTheyDriveTheCase) {
+  const Arm arm;
+  std::string pressed = "t,u,degrees,head,rod\n";
+  for (int k = 0; k < 300; ++k)
+    pressed += fmt::format("{},{},10,1.76e6,2e6\n", 0.01 * k, k < 20 ? 0.0 : 3.0 * std::sin(0.05 * (k - 20)));
+  for (const char* role : {"train", "validate", "test"}) arm.files().write(std::string(role) + ".csv", pressed);
+  std::string scenario = replaced(
+      kArmScenario, "{model: torque_source, gain: 20, damping: 1, stiffness: 30, rest: 0.2616}",
+      "{model: hydraulic, gain: 1e-9, full_command: 10, area_a: 1e-3, area_b: 8e-4, ratio: 0.05, dead_volume_a: 1e-4, "
+      "dead_volume_b: 1e-4, stroke: 0.3, supply_pressure: 1.6e7, return_pressure: 5e5, bulk_modulus: 1e8, leakage: "
+      "1e-11}");
+  scenario = replaced(scenario, "  damping: {relative_bounds: [0.25, 4]}\n", "");
+  scenario = replaced(
+      scenario, "noise:\n",
+      "  pressure_a: {elbow: head}\n  pressure_b: {elbow: rod}\nnoise:\n  pressure_a: 5000\n  pressure_b: 5000\n");
+  arm.files().write("scenario.yaml", scenario);
+  const fs::path out = arm.folder() / "case";
+  ASSERT_EQ(lacuna(conceal(arm, out)).code, 0);
+  const std::string text = text_of(out / "scenario.yaml");
+  EXPECT_NE(text.find("pressure_a"), std::string::npos);
+  const Scenario whole = load_scenario(out / "scenario.yaml");
+  const Recording& data = *whole.recordings[0].data;
+  const auto& head = data.columns[static_cast<std::size_t>(data.find("head"))];
+  const auto [low, high] = std::minmax_element(head.begin(), head.end());
+  EXPECT_GT(*low, 0.0);
+  EXPECT_LT(*high, 1.6e7);
+  EXPECT_GT(*high - *low, 1e5) << "as the true machine's oil had it";
+  // Nothing is hidden: over four tenths of a second its pressures move it as the case says.
+  ASSERT_EQ(text.find("prediction: {"), std::string::npos);
+  const std::string driven = replaced(replaced(text, "prediction: free_run\n", ""), "elbow.gain", "elbow.area_a");
+  std::ofstream(out / "driven.yaml") << driven << "prediction: {pressure_driven: {horizon: 0.1}}\n";
+  const auto moved =
+      columns_of(lacuna({"simulate", (out / "driven.yaml").string(), "--recording", (out / "test.csv").string()}).out);
+  const Recording& test = *whole.recordings[2].data;
+  const auto& measured = test.columns[static_cast<std::size_t>(test.find("degrees"))];
+  ASSERT_EQ(moved.at("degrees").size(), measured.size());
+  for (std::size_t k = 0; k < 40; ++k) EXPECT_NEAR(moved.at("degrees")[k], measured[k], 0.3) << k;
+}
+
 TEST(Conceal, RefusesMeasuredEffortsWithoutACommand) {
   const Arm arm;
   const std::string measured = replaced(kArmScenario, "  command: {elbow: u}\n", "  effort: {elbow: u}\n") +
