@@ -311,10 +311,10 @@ TEST(Conceal, KeepsThePressuresOfAHydraulicDriveAndTheyDriveTheCase) {
   const auto [low, high] = std::minmax_element(head.begin(), head.end());
   EXPECT_GT(*low, 0.0);
   EXPECT_LT(*high, 1.6e7);
-  EXPECT_GT(*high - *low, 1e5) << "as the true machine's oil had it";
+  EXPECT_GT(*high - *low, 5e4) << "ten times their noise: as the true machine's oil had it";
   // Nothing is hidden: over four tenths of a second its pressures move it as the case says.
   ASSERT_EQ(text.find("prediction: {"), std::string::npos);
-  const std::string driven = replaced(replaced(text, "prediction: free_run\n", ""), "elbow.gain", "elbow.area_a");
+  const std::string driven = replaced(replaced(text, "prediction: free_run\n", ""), "  gain:", "  area_a:");
   std::ofstream(out / "driven.yaml") << driven << "prediction: {pressure_driven: {horizon: 0.1}}\n";
   const auto moved =
       columns_of(lacuna({"simulate", (out / "driven.yaml").string(), "--recording", (out / "test.csv").string()}).out);
