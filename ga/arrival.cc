@@ -131,6 +131,8 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
   const std::string pushed = pushed_against_bounds(problem.model(), problem.space(), *best);
   if (!met && !best->converged) {
     out.doubt = fmt::format("least squares did not come to an end within {} iterations", kFollowed);
+  } else if (!met && !std::isfinite(next)) {
+    out.doubt = "no second start could be simulated, so nothing says whether the best was reached";
   } else if (!met) {
     out.doubt = fmt::format("starts disagree: of {} descents no other came within {:.0f} % of the best ({:.3g} times)",
                             out.starts, 100.0 * kSameEnd, next / energy(*best));
