@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/candidates.h"
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/partial.h"
@@ -207,6 +209,8 @@ std::optional<Tried> Judge::freed(const Tried& tried) {
 
 std::vector<Tried> Judge::kin_of(const Tried& tried, const EffectInfo& kin) {
   std::vector<Tried> out;
+  const std::vector<EffectSpec> places = places_of(kin, current_, experiment_);
+  if (std::ranges::find(places, tried.effect.spec.place, &EffectSpec::place) == places.end()) return out;  // not sought
   for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, experiment_, simulator_))
     out.push_back(weigh(std::move(start)));
   return out;

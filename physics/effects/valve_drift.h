@@ -20,6 +20,7 @@ struct ValveDrift {
                     {{"b", "V", 0.0, -1e6, 1e6, "command added in the end", Scale::command, {0.03, -0.03}},
                      {"tau", "s", 10.0, 1e-2, 1e6, "time constant of the warming", Scale::span, {0.4, 4.0}}}};
     info.metering = true;
+    info.in_parallel = true;  // beside an offset that was there from the start
     return info;
   }
   template <class T>

@@ -23,10 +23,13 @@ TEST(Kin, AreTheseAndNoOthers) {
       if (are_kin(one, other)) found.insert({one.name, other.name});
     }
   }
-  const std::set<std::set<std::string>> expected{
-      {"coulomb_friction", "stribeck_friction"}, {"coulomb_friction", "hysteresis_friction"},
-      {"armature", "joint_compliance"},          {"armature", "backlash"},
-      {"joint_compliance", "backlash"},          {"gravity_spring", "gear_ripple"}};
+  const std::set<std::set<std::string>> expected{{"coulomb_friction", "stribeck_friction"},
+                                                 {"coulomb_friction", "hysteresis_friction"},
+                                                 {"armature", "joint_compliance"},
+                                                 {"armature", "backlash"},
+                                                 {"joint_compliance", "backlash"},
+                                                 {"gravity_spring", "gear_ripple"},
+                                                 {"valve_offset", "valve_drift"}};
   EXPECT_EQ(found, expected);
 }
 
