@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
@@ -64,7 +65,8 @@ class TruthRun {
         direction_(n_, T(0.0)),
         hold_up_(n_, T(0.0)),
         hold_down_(n_, T(0.0)),
-        imbalance_(n_, T(0.0)) {
+        imbalance_(n_, T(0.0)),
+        rise_(n_, {T(0.0), T(0.0)}) {
     plant_.bind(0, values);
     x_.assign(2 * n_ + static_cast<std::size_t>(plant_.states()), T(0.0));
     rate_ = next_ = next_rate_ = error_ = x_;
@@ -80,6 +82,7 @@ class TruthRun {
     for (std::size_t k = 0; k + 1 < segment_.count; ++k) {
       if (options_.stop != nullptr && *options_.stop) throw Interrupted();
       interval_ = k;
+      press();
       advance(segment_.time(k + 1), segment_.time(k + 1) - segment_.time(k));
       record(channels, out);
     }
@@ -110,8 +113,23 @@ class TruthRun {
       for (const std::size_t which : {0u, 1u})
         plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), T(segment_.pressures0[j][which]),
                             x_.data() + 2 * n_);
+    press();
     plant_.begin_memories(instant(T(0.0), x_), x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_,
                           memory_.data());
+  }
+
+  bool is_pressed(std::size_t j) const { return segment_.pressures && !(*segment_.pressures)[j].front().empty(); }
+  /// Chambers that drive their joints: as measured at the interval's start, and how they rise from there.
+  void press() {
+    const double dt = segment_.time(interval_ + 1) - segment_.time(interval_);
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (!is_pressed(j)) continue;
+      for (const std::size_t which : {0u, 1u}) {
+        const double* p = &(*segment_.pressures)[j][which][segment_.first + interval_];
+        plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), T(p[0]), x_.data() + 2 * n_);
+        rise_[j][which] = T((p[1] - p[0]) / (kPressureUnit * dt));
+      }
+    }
   }
 
   /// What would move at rest at x: efforts that holding still asks for less those given, dry friction left out, then
@@ -245,6 +263,7 @@ class TruthRun {
       dx[j] = v[j];
       tau_[j] = outside_effort(j, x, since) +
                 plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
+      if (is_pressed(j)) std::ranges::copy(rise_[j], dx.data() + 2 * n_ + plant_.actuator_state(joint));
       if (!dry_[j] || direction_[j] == 0.0) continue;
       const T speed = std::max(v[j] * direction_[j], T(0.0));
       tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, direction_[j], u_[j]);
@@ -429,6 +448,7 @@ class TruthRun {
   State x_, rate_, next_, next_rate_, error_;  // q, v, z one after the other
   std::vector<T> memory_, u_, tau_, free_, direction_;
   std::vector<T> hold_up_, hold_down_, imbalance_;  // N m or N: break-away efforts under pulls up and down
+  std::vector<std::array<T, 2>> rise_;              // 1/s, of measured pressures that drive joints, in kPressureUnit
   std::vector<bool> dry_;
   bool any_dry_ = false;
   long evaluations_ = 0;

@@ -23,6 +23,8 @@ constexpr int kBisections = 12;
 class Designer {
  public:
   Designer(const Trial& trial, const MotionLimits& limits) : trial_(trial), limits_(limits) {
+    if (trial.scenario.pressure_driven)
+      throw InputError(trial.scenario.file.string() + ": prediction", "pressure_driven", "joints that commands drive");
     const std::size_t n = static_cast<std::size_t>(trial.model->dof());
     const auto commands = trial.scenario.channels.of.find(ChannelKind::command);
     for (std::size_t j = 0; j < n; ++j) {

@@ -103,6 +103,14 @@ TEST(PressureDriven, MovesAsTheValveMovedItTheBetterTheFinerItIsSampled) {
       << "without friction the same pressures move it on";
 }
 
+TEST(PressureDriven, MeetsAnIndependentIntegrator) {
+  const Twice twice(1e-3);
+  const PlantModel model(twice.by_pressures);
+  const Experiment experiment = started_experiment(twice.by_pressures, kRest);
+  const auto reference = reference_of(model, experiment);
+  EXPECT_LT(worst_difference(position(twice.by_pressures, "featherstone", 1e-3), reference.front()), 1e-7);
+}
+
 TEST(PressureDriven, ComparesNoPressureAndCommandsNothing) {
   const Experiment experiment = make_experiment(pressed(block_robot(), symmetric(), constant_head, constant_rod));
   for (const Channel& channel : experiment.channels) {
