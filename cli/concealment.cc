@@ -28,12 +28,7 @@ void leave_out_pressures_of_no_chamber(Scenario& scenario) {
   for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) {
     const auto channels = scenario.channels.of.find(kind);
     if (channels == scenario.channels.of.end()) continue;
-    std::erase_if(channels->second, [&](const auto& channel) {
-      return std::none_of(scenario.actuators.begin(), scenario.actuators.end(), [&](const ActuatorSpec& a) {
-        const int type = find_actuator(a.model);
-        return a.joint == channel.first && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
-      });
-    });
+    std::erase_if(channels->second, [&](const auto& channel) { return !has_chambers(scenario, channel.first); });
     if (!channels->second.empty()) continue;
     scenario.channels.of.erase(channels);
     scenario.noise.erase(kind);

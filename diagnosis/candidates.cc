@@ -96,7 +96,8 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
     bool any = false;
     if (experiment.parts > 1) return out;
     for (int j = 0; j < current.model.dof(); ++j)
-      any = any || ((!info.hydraulic || is_hydraulic(current, j)) && shows(info, experiment, j));
+      any = any || ((!info.hydraulic || (is_hydraulic(current, j) && moves_under_command(experiment, j))) &&
+                    shows(info, experiment, j));
     if (info.shares && any) any = commanded_at_once(experiment);
     const bool base_moves = hooks.base != nullptr;  // which a measured motion of the joints does not show
     if (any && !(base_moves && std::holds_alternative<InverseDynamics>(experiment.prediction)))

@@ -95,7 +95,8 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coor
                          "a number that can be searched, not one that says what a law is made of");
       if (info != nullptr && info->fills && scenario.pressure_driven)
         throw InputError(spec.where, quoted(model.parameters()[static_cast<std::size_t>(index)].name),
-                         "a number that acts behind the chambers: measured pressures drive this joint");
+                         "an area or a length of the linkage: measured pressures drive this joint, and what fills its "
+                         "chambers does nothing");
       const Axis axis = axis_for(model, spec, index, coordinates);
       const auto same = std::find_if(axes_.begin(), axes_.end(), [&](const Axis& a) { return a.parameter == index; });
       if (same == axes_.end()) {

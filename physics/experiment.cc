@@ -93,21 +93,13 @@ Cut cut(const Scenario& scenario, const RecordingSpec& spec, double session_offs
   return out;
 }
 
-/// Whether the joint's actuator has two pressures.
-bool has_chambers(const Scenario& scenario, const Joint& joint) {
-  return std::any_of(scenario.actuators.begin(), scenario.actuators.end(), [&](const ActuatorSpec& a) {
-    const int type = find_actuator(a.model);
-    return a.joint == joint.name && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
-  });
-}
-
 /// Puts measured pressures in the place of commands at the joints whose actuators have chambers.
 void drive_by_pressures(const Scenario& scenario, const RecordingSpec& spec, Cut& piece) {
   auto pressures = std::make_shared<PressureTrack>(scenario.robot->joints().size());
   auto track = std::make_shared<CommandTrack>(*piece.track);
   for (std::size_t j = 0; j < pressures->size(); ++j) {
     const Joint& joint = scenario.robot->joints()[j];
-    if (!has_chambers(scenario, joint)) continue;
+    if (!has_chambers(scenario, joint.name)) continue;
     for (const std::size_t which : {0u, 1u}) {
       const ChannelKind kind = which == 0 ? ChannelKind::pressure_a : ChannelKind::pressure_b;
       const std::vector<double>& values = piece.signal(kind, static_cast<int>(j));
@@ -139,8 +131,9 @@ std::vector<ChannelKind> compared_kinds(const Scenario& scenario, const Joint& j
     const bool measured = column_spec(scenario, quantity.kind, joint) != nullptr;
     const bool starts_there = inverse(scenario) && quantity.predicted_by == PredictedBy::motion;
     const bool within = quantity.predicted_by == PredictedBy::chambers;
-    const bool predicted = within ? !inverse(scenario) && !scenario.pressure_driven && has_chambers(scenario, joint)
-                                  : quantity.predicted_by != PredictedBy::given;
+    const bool predicted = within
+                               ? !inverse(scenario) && !scenario.pressure_driven && has_chambers(scenario, joint.name)
+                               : quantity.predicted_by != PredictedBy::given;
     if (measured && predicted && !starts_there) out.push_back(quantity.kind);
   }
   if (!inverse(scenario) || column_spec(scenario, ChannelKind::effort, joint) != nullptr) return out;
@@ -296,15 +289,6 @@ std::shared_ptr<const CommandTrack> held_at(const CommandTrack& track, const std
   return out;
 }
 
-std::shared_ptr<const PressureTrack> resampled_pressures(const PressureTrack& given, const std::vector<double>& time,
-                                                         const std::vector<double>& at) {
-  auto out = std::make_shared<PressureTrack>(given);
-  for (auto& joint : *out)
-    for (std::vector<double>& pressure : joint)
-      if (!pressure.empty()) pressure = resampled(time, pressure, at);
-  return out;
-}
-
 /// A whole recording for inverse dynamics: everything on one even clock, what is compared filtered as the prediction
 /// is, and thinned.
 Segment make_inverse_segment(const Scenario& scenario, int index, const std::vector<Cut>& cuts,
@@ -325,7 +309,8 @@ Segment make_inverse_segment(const Scenario& scenario, int index, const std::vec
   out.pressures = piece.pressures;
   if (!is_even(piece.track->time)) {
     out.commands = held_at(*piece.track, even);
-    if (piece.pressures) out.pressures = resampled_pressures(*piece.pressures, piece.track->time, even);
+    if (piece.pressures)
+      out.pressures = std::make_shared<const PressureTrack>(resampled(*piece.pressures, piece.track->time, even));
   }
   const ZeroPhaseLowPass filter(cutoff, rate);
   const Thinning thinning(cutoff, rate);
@@ -570,6 +555,20 @@ std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, cons
 void set_motion(Segment& segment, RawMotion raw, double cutoff_hz) {
   segment.motion = std::make_shared<const MeasuredMotion>(measured_motion(raw, cutoff_hz));
   segment.raw = std::make_shared<const RawMotion>(std::move(raw));
+}
+
+bool has_chambers(const Scenario& scenario, const std::string& joint) {
+  return std::ranges::any_of(scenario.actuators, [&](const ActuatorSpec& a) {
+    const int type = find_actuator(a.model);
+    return a.joint == joint && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
+  });
+}
+
+PressureTrack resampled(PressureTrack pressures, const std::vector<double>& time, const std::vector<double>& at) {
+  for (auto& joint : pressures)
+    for (std::vector<double>& pressure : joint)
+      if (!pressure.empty()) pressure = resampled(time, pressure, at);
+  return pressures;
 }
 
 Experiment make_experiment(const Scenario& scenario) {

@@ -34,6 +34,8 @@ struct StartEffects;
 /// Measured pressures of one recording that drive its joints: [joint][0: A, 1: B][sample of the track], Pa; empty where
 /// a joint is driven otherwise. Between samples they go on straight lines.
 using PressureTrack = std::vector<std::array<std::vector<double>, 2>>;
+/// The same at other times.
+PressureTrack resampled(PressureTrack pressures, const std::vector<double>& time, const std::vector<double>& at);
 
 struct Segment {
   int recording = 0;  ///< index in Scenario::recordings
@@ -64,6 +66,8 @@ struct Segment {
   std::shared_ptr<const RawMotion> raw = {};  ///< what the motion was made from
   std::vector<std::size_t> compared = {};
 
+  /// Whether measured pressures drive joint j; the segments of an experiment are alike in that.
+  bool is_pressed(std::size_t j) const { return pressures && !(*pressures)[j].front().empty(); }
   double time(std::size_t sample) const { return commands->time[first + sample]; }
   /// s, of a sample of `measured`.
   double compared_time(std::size_t k) const { return time(compared.empty() ? k : compared[k]); }
@@ -87,6 +91,9 @@ struct Experiment {
   /// Of so many parts that cannot move each other this is one: effects of the whole arm have no place in it.
   int parts = 1;
 };
+
+/// Whether the actuator of the joint of that name has two chambers, and thereby two pressures.
+bool has_chambers(const Scenario& scenario, const std::string& joint);
 
 /// The commands of one loaded recording over its time range. Throws InputError where that is shorter than ten samples.
 std::shared_ptr<const CommandTrack> command_track(const Scenario& scenario, const RecordingSpec& spec);

@@ -45,15 +45,6 @@ T delayed_command(const Plant<T, Dyn>& plant, const Segment& segment, int joint,
   return out;
 }
 
-/// Of a signal that goes on straight lines between its samples, constant before the first and after the last.
-inline double value_at(const std::vector<double>& time, const std::vector<double>& signal, double t) {
-  const auto after = static_cast<std::size_t>(std::upper_bound(time.begin(), time.end(), t) - time.begin());
-  if (after == 0) return signal.front();
-  if (after == time.size()) return signal.back();
-  const double part = (t - time[after - 1]) / (time[after] - time[after - 1]);
-  return signal[after - 1] + part * (signal[after] - signal[after - 1]);
-}
-
 template <class T, class Dyn>
 class InverseDynamicsRun {
  public:
@@ -67,8 +58,9 @@ class InverseDynamicsRun {
     z_.assign(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
     m_.assign(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
     for (int j = 0; j < plant.dof(); ++j)
-      if (plant.is_fast(j) && !is_pressed(static_cast<std::size_t>(j)))
+      if (plant.is_fast(j) && !segment.is_pressed(static_cast<std::size_t>(j)))
         fast_.add(j, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(j)));
+    if (segment.pressures) pressures_ = resampled(*segment.pressures, segment.commands->time, motion_.time);
   }
 
   /// [channel][compared sample]: an effort, the command that the actuator would need for it, or the actuator's side.
@@ -139,17 +131,12 @@ class InverseDynamicsRun {
     now_.since = T(0.0);  // the memories are of this sample by now
     share(now_);
   }
-  /// Whether measured pressures drive joint j: its chambers are never carried.
-  bool is_pressed(std::size_t j) const { return segment_.pressures && !(*segment_.pressures)[j].front().empty(); }
-  /// Chambers as measured at sample k.
+  /// Chambers that drive their joints, which are never carried, as measured at sample k.
   void press(std::size_t k) {
-    for (std::size_t j = 0; j < n_; ++j) {
-      if (!is_pressed(j)) continue;
+    for (std::size_t j = 0; j < pressures_.size(); ++j)
       for (const std::size_t which : {0u, 1u})
-        plant_.set_pressure(static_cast<int>(j), static_cast<int>(which),
-                            T(value_at(segment_.commands->time, (*segment_.pressures)[j][which], motion_.time[k])),
-                            z_.data());
-    }
+        if (const std::vector<double>& measured = pressures_[j][which]; !measured.empty())
+          plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), T(measured[k]), z_.data());
   }
   void share(Instant<T>& now) { plant_.share(now, q_.data(), v_.data(), u_.data(), m_.data()); }
 
@@ -172,7 +159,7 @@ class InverseDynamicsRun {
     for (std::size_t j = 0; j < n_; ++j)
       plant_.effort(static_cast<int>(j), at, q_[j], v_[j], u_[j], z, m_.data(), out, nullptr);
     for (std::size_t j = 0; j < n_; ++j)
-      if (is_pressed(j)) std::fill_n(out + plant_.actuator_state(static_cast<int>(j)), 2, T(0.0));
+      if (segment_.is_pressed(j)) std::fill_n(out + plant_.actuator_state(static_cast<int>(j)), 2, T(0.0));
   }
   Instant<T> on_the_way(std::size_t k, double part) {
     const double dt = motion_.time[k] - motion_.time[k - 1];
@@ -259,6 +246,7 @@ class InverseDynamicsRun {
   const MeasuredMotion& motion_;
   std::size_t n_;
   FastMotion<T> fast_;
+  PressureTrack pressures_;  ///< at the motion's samples; empty: no joint is driven by them
   std::vector<T> q_, v_, a_, u_, tau_, z_, m_;
   Instant<T> now_;
   std::size_t sample_ = 0;

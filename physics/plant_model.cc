@@ -360,6 +360,14 @@ std::string PlantModel::place_name(const Component& component) const {
   return component.joint < 0 ? "arm" : robot_->joints()[static_cast<std::size_t>(component.joint)].name;
 }
 
+namespace {
+
+bool has_chambers(const Component& actuator) {
+  return actuator.type >= 0 && actuator_table()[static_cast<std::size_t>(actuator.type)].chambers;
+}
+
+}  // namespace
+
 std::vector<std::string> idle_effects(const Scenario& scenario) {
   const PlantModel model(scenario);
   std::set<int> searched;
@@ -378,7 +386,11 @@ std::vector<std::string> idle_effects(const Scenario& scenario) {
       acts = acts || p.value != p.neutral || searched.count(index) > 0;
       idle += fmt::format("{}{} = {:g}", idle.empty() ? "" : ", ", p.key, p.value);
     }
-    if (!acts)
+    // What stands before measured pressures has had its say in them.
+    const bool before = scenario.pressure_driven && info.stage < Stage::effort && effect.joint >= 0 &&
+                        has_chambers(model.actuators()[static_cast<std::size_t>(effect.joint)]);
+    if (before) idle = "measured pressures drive the joint";
+    if (before || !acts)
       out.push_back(
           fmt::format("effects: {} at {} does nothing: {}", info.name, printable(model.place_name(effect), 60), idle));
   }

@@ -71,7 +71,6 @@ class Rollout {
   void fetch_commands(std::size_t sample);
   void fetch_pushes(std::size_t sample);
   void fetch_pressures(std::size_t sample);
-  bool is_pressed(std::size_t j) const;
   Instant<T> instant(const T& since, const State& x) const;
   void derivative(const T& since, const State& x, State& dx);
   void remember(const T& since);

@@ -164,18 +164,11 @@ void Rollout<T, Dyn>::fetch_pushes(std::size_t sample) {
                });
 }
 
-/// Whether joint j is driven by measured pressures: an experiment's segments are alike in that.
-template <class T, class Dyn>
-bool Rollout<T, Dyn>::is_pressed(std::size_t j) const {
-  const auto& pressures = segments_.front()->pressures;
-  return pressures != nullptr && !(*pressures)[j].front().empty();
-}
-
 /// Chambers as measured at a sample, and how their pressures rise from there to the next.
 template <class T, class Dyn>
 void Rollout<T, Dyn>::fetch_pressures(std::size_t sample) {
   for (std::size_t j = 0; j < n_; ++j) {
-    if (!is_pressed(j)) continue;
+    if (!segments_.front()->is_pressed(j)) continue;
     for (const std::size_t which : {0u, 1u}) {
       const auto after = [&](std::size_t ahead) {
         return of_each([&](const Segment& s) {
@@ -295,7 +288,8 @@ void Rollout<T, Dyn>::derivative(const T& since, const State& x, State& dx) {
     dx[j] = v[j];
     tau_[j] = plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr) +
               push_[j];
-    if (is_pressed(j)) std::ranges::copy(rise_[j], dx.data() + 2 * n_ + plant_.actuator_state(joint));
+    if (segments_.front()->is_pressed(j))
+      std::ranges::copy(rise_[j], dx.data() + 2 * n_ + plant_.actuator_state(joint));
     if (!dry_[j]) continue;
     const T speed = max(v[j] * direction_[j], T(0.0));
     tau_[j] = tau_[j] - direction_[j] * plant_.dry_friction(joint, now, q[j], speed, direction_[j], u_[j]);
@@ -361,7 +355,7 @@ void Rollout<T, Dyn>::look_at_fast_motion() {
   const Instant<T> now = instant(T(0.0), x_);
   for (auto& spring : fast_.springs()) {
     const std::size_t j = static_cast<std::size_t>(spring.joint);
-    if (is_pressed(j)) {
+    if (segments_.front()->is_pressed(j)) {
       spring.part = {{T(0.0), T(0.0)}, {T(0.0), T(0.0)}, {T(0.0), T(0.0), T(0.0), T(0.0)}};
       continue;
     }

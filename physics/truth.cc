@@ -118,12 +118,11 @@ class TruthRun {
                           memory_.data());
   }
 
-  bool is_pressed(std::size_t j) const { return segment_.pressures && !(*segment_.pressures)[j].front().empty(); }
   /// Chambers that drive their joints: as measured at the interval's start, and how they rise from there.
   void press() {
     const double dt = segment_.time(interval_ + 1) - segment_.time(interval_);
     for (std::size_t j = 0; j < n_; ++j) {
-      if (!is_pressed(j)) continue;
+      if (!segment_.is_pressed(j)) continue;
       for (const std::size_t which : {0u, 1u}) {
         const double* p = &(*segment_.pressures)[j][which][segment_.first + interval_];
         plant_.set_pressure(static_cast<int>(j), static_cast<int>(which), T(p[0]), x_.data() + 2 * n_);
@@ -263,7 +262,7 @@ class TruthRun {
       dx[j] = v[j];
       tau_[j] = outside_effort(j, x, since) +
                 plant_.effort(joint, now, q[j], v[j], u_[j], q + 2 * n_, memory_.data(), dx.data() + 2 * n_, nullptr);
-      if (is_pressed(j)) std::ranges::copy(rise_[j], dx.data() + 2 * n_ + plant_.actuator_state(joint));
+      if (segment_.is_pressed(j)) std::ranges::copy(rise_[j], dx.data() + 2 * n_ + plant_.actuator_state(joint));
       if (!dry_[j] || direction_[j] == 0.0) continue;
       const T speed = std::max(v[j] * direction_[j], T(0.0));
       tau_[j] -= direction_[j] * plant_.dry_friction(joint, now, q[j], speed, direction_[j], u_[j]);

@@ -419,18 +419,20 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
   }
 }
 
-/// A pressure is used where the joint's actuator has areas, and thereby chambers, and motions are simulated.
+/// Whether pressures act in the actuator: it has chambers (which models have is not known here).
+bool has_areas(const ActuatorSpec& actuator) { return actuator.parameters.contains("area_a"); }
+
+/// A pressure is used where the joint's actuator has areas, and motions are simulated.
 void ScenarioParser::note_unused_pressures() {
   const bool simulated = !std::holds_alternative<InverseDynamics>(out_.prediction);
-  const auto has_areas = [&](const std::string& joint) {
-    return std::any_of(out_.actuators.begin(), out_.actuators.end(),
-                       [&](const ActuatorSpec& a) { return a.joint == joint && a.parameters.count("area_a") > 0; });
+  const auto has_piston = [&](const std::string& joint) {
+    return std::ranges::any_of(out_.actuators, [&](const ActuatorSpec& a) { return a.joint == joint && has_areas(a); });
   };
   for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b}) {
     const auto channels = out_.channels.of.find(kind);
     if (channels == out_.channels.of.end()) continue;
     for (const auto& [joint, unused] : channels->second) {
-      if (simulated && has_areas(joint)) continue;
+      if (simulated && has_piston(joint)) continue;
       out_.notes.push_back(fmt::format(
           "channels.{} of {}: read and checked, but not used: {}", to_string(kind), printable(joint, 60),
           simulated ? "only a hydraulic actuator predicts a pressure" : "inverse dynamics predicts no pressure"));
@@ -439,11 +441,11 @@ void ScenarioParser::note_unused_pressures() {
 }
 
 /// Where measured pressures push a piston, what its valve was told has had its say in them.
-void ScenarioParser::note_commands_behind_pressures() {
+void ScenarioParser::note_commands_before_pressures() {
   const auto commands = out_.channels.of.find(ChannelKind::command);
   if (!out_.pressure_driven || commands == out_.channels.of.end()) return;
   for (const ActuatorSpec& actuator : out_.actuators)
-    if (actuator.parameters.count("area_a") > 0 && commands->second.contains(actuator.joint))
+    if (has_areas(actuator) && commands->second.contains(actuator.joint))
       out_.notes.push_back("channels.command of " + printable(actuator.joint, 60) +
                            ": not used, since the joint is driven by its measured pressures");
 }
@@ -451,7 +453,7 @@ void ScenarioParser::note_commands_behind_pressures() {
 /// Nothing given is ignored in silence.
 void ScenarioParser::note_unused() {
   note_unused_pressures();
-  note_commands_behind_pressures();
+  note_commands_before_pressures();
   const auto commands = out_.channels.of.find(ChannelKind::command),
              efforts = out_.channels.of.find(ChannelKind::effort);
   if (!std::holds_alternative<InverseDynamics>(out_.prediction) || commands == out_.channels.of.end() ||
@@ -497,7 +499,7 @@ void ScenarioParser::parse_pressure_driven(const YamlCursor& section) {
   }
   int driven = 0;
   for (const ActuatorSpec& actuator : out_.actuators) {
-    if (actuator.parameters.count("area_a") == 0) continue;
+    if (!has_areas(actuator)) continue;
     ++driven;
     for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b})
       if (const auto of = out_.channels.of.find(kind);

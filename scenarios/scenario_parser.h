@@ -28,7 +28,7 @@ class ScenarioParser {
   void parse_effects(const YamlCursor& section);
   void parse_payloads(const YamlCursor& section);
   void note_unused_pressures();
-  void note_commands_behind_pressures();
+  void note_commands_before_pressures();
   void note_unused();
   void parse_prediction(const YamlCursor& section);
   void parse_pressure_driven(const YamlCursor& section);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/catalogue.h"
+#include "physics/effects/oil_load.h"
 
 namespace lacuna {
 
@@ -62,14 +62,13 @@ struct EndStop {
   template <class T>
   static T taken(const T* p, const JointView<T>& s, const T& oil, const T& flow) {
     const T side = side_of(p), inward = side * (oil - p[0]), way = side * flow;
-    const T depth = max(abs(flow) * max(s.resolved, T(kRelief)), T(1e-12));
+    const T depth = max(abs(flow) * max(s.resolved, T(kReliefOpens)), T(1e-12));
     const T left = T(1.0) - select(way > T(0.0), inward, T(0.0) - inward - p[3]) / depth;
     return select(p[1] == T(0.0), flow, flow * min(max(left, T(0.0)), T(1.0)));
   }
 
  private:
-  static constexpr double kNone = 1e6;     ///< rad, further than anything travels
-  static constexpr double kRelief = 1e-3;  ///< s, of a direct-acting relief valve
+  static constexpr double kNone = 1e6;  ///< rad, further than anything travels
   template <class T>
   static T side_of(const T* p) {
     return select(p[1] > T(0.0), T(1.0), T(-1.0));

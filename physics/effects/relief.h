@@ -34,12 +34,9 @@ struct Relief {
   template <class T>
   static T taken(const T* p, const JointView<T>& s, const T& oil, const T& flow) {
     const T load = oil_load(s, oil), beyond = max(abs(load) - p[0], T(0.0));
-    const T passes = sign(load) * beyond / (max(s.stiffness, T(1e-300)) * max(s.resolved, T(kOpens)));
+    const T passes = sign(load) * beyond / (max(s.stiffness, T(1e-300)) * max(s.resolved, T(kReliefOpens)));
     return select(beyond > T(0.0), flow - passes, flow);
   }
-
- private:
-  static constexpr double kOpens = 1e-3;  ///< s
 };
 
 }  // namespace lacuna

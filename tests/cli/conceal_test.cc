@@ -321,7 +321,10 @@ TEST(Conceal, KeepsThePressuresOfAHydraulicDriveAndTheyDriveTheCase) {
   const Recording& test = *whole.recordings[2].data;
   const auto& measured = test.columns[static_cast<std::size_t>(test.find("degrees"))];
   ASSERT_EQ(moved.at("degrees").size(), measured.size());
-  for (std::size_t k = 0; k < 40; ++k) EXPECT_NEAR(moved.at("degrees")[k], measured[k], 0.3) << k;
+  constexpr std::size_t kLooked = 40;
+  EXPECT_GT(std::fabs(measured[kLooked - 1] - measured[0]), 0.6) << "degrees: it moves by more than is asked";
+  // Errors of 100 Hz pressures grow with the square of the time; at rest, or without them, it falls further.
+  for (std::size_t k = 0; k < kLooked; ++k) EXPECT_NEAR(moved.at("degrees")[k], measured[k], 0.3) << k;
 }
 
 TEST(Conceal, RefusesMeasuredEffortsWithoutACommand) {

@@ -58,7 +58,7 @@ TEST(PressureDriven, PressuresGoOnStraightLinesBetweenSamples) {
   }
 }
 
-TEST(PressureDriven, NothingBehindTheChambersMatters) {
+TEST(PressureDriven, NothingThatFillsTheChambersMatters) {
   const auto with_numbers = [](const Numbers& changed) {
     return position(pressed(rotor(), with(with(cylinder(), kLever), changed), constant_head, constant_rod));
   };
@@ -119,6 +119,18 @@ TEST(PressureDriven, ComparesNoPressureAndCommandsNothing) {
   }
   EXPECT_EQ(experiment.command_rms[0], 0.0);
   EXPECT_NEAR(experiment.effort_rms[0], (kHead - kRod) * kArea, 1e-9);
+}
+
+TEST(PressureDriven, SaysWhichEffectsStandBeforeThePressures) {
+  Scenario scenario =
+      pressed(block_robot(), symmetric(), constant_head, constant_rod,
+              {effect("valve_deadband", "slide", {{"d", 1.0}}), effect("coulomb_friction", "slide", {{"Fc", 1.0}})});
+  const std::vector<std::string> idle = idle_effects(scenario);
+  ASSERT_EQ(idle.size(), 1u);
+  EXPECT_NE(idle.front().find("valve_deadband at slide does nothing: measured pressures"), std::string::npos)
+      << idle.front();
+  scenario.pressure_driven = false;
+  EXPECT_TRUE(idle_effects(scenario).empty());
 }
 
 TEST(PressureDriven, RefusesAPressureThatIsMissingAndNumbersThatDoNothing) {
