@@ -2,13 +2,16 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 namespace lacuna {
 namespace {
 
 constexpr double kNegligibleError = 2.0;  ///< squared change over noise, summed over a segment, of one standard error
-constexpr double kUsable = 1e-6;          ///< eigenvalue under which a direction is left alone
+/// Of a pressure's noise: what it does to positions falls with the square of the order.
+constexpr unsigned kPressureOrders = 4;
+constexpr double kUsable = 1e-6;  ///< eigenvalue under which a direction is left alone
 
 using Predictions = std::vector<Eigen::VectorXd>;  // by segment, rows as in StartEffects
 
@@ -39,6 +42,29 @@ Eigen::VectorXd row_noise(const Experiment& experiment, const Segment& segment) 
   return Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
 }
 
+bool has_noisy_pressure(const Experiment& experiment, std::size_t j, std::size_t which) {
+  return !experiment.segments.empty() && experiment.segments.front().is_pressed(j) &&
+         experiment.pressure_noise[j][which] > 0.0;
+}
+
+/// One standard error of the Legendre polynomial of that order in every segment's pressure. Of n samples of white noise
+/// it is sqrt((2 order + 1)/n) of the noise. Segments of a recording share its track: they lie side by side.
+Experiment with_pressure_error(const Experiment& experiment, std::size_t j, std::size_t which, unsigned order) {
+  Experiment out = experiment;
+  std::map<const PressureTrack*, std::shared_ptr<PressureTrack>> moved;
+  for (Segment& s : out.segments) {
+    std::shared_ptr<PressureTrack>& track = moved[s.pressures.get()];
+    if (!track) track = std::make_shared<PressureTrack>(*s.pressures);
+    const double n = static_cast<double>(s.count);
+    const double size = experiment.pressure_noise[j][which] * std::sqrt((2.0 * order + 1.0) / n);
+    for (std::size_t k = 0; k < s.count; ++k)
+      (*track)[j][which][s.first + k] = (*s.pressures)[j][which][s.first + k] +
+                                        size * std::legendre(order, 2.0 * static_cast<double>(k) / (n - 1.0) - 1.0);
+    s.pressures = track;
+  }
+  return out;
+}
+
 }  // namespace
 
 bool attach_start_effects(Experiment& experiment, const PlantModel& model, const SimulatorOptions& options,
@@ -46,17 +72,23 @@ bool attach_start_effects(Experiment& experiment, const PlantModel& model, const
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return false;
   const Predictions plain = predict(model, experiment, options, values);
   std::vector<std::vector<Eigen::VectorXd>> columns(experiment.segments.size());
+  const auto add_columns = [&](const Experiment& moved) {
+    const Predictions off = predict(model, moved, options, values);
+    for (std::size_t s = 0; s < off.size(); ++s) {
+      const Eigen::VectorXd column = off[s] - plain[s];
+      const double size = column.cwiseQuotient(row_noise(experiment, experiment.segments[s])).squaredNorm();
+      if (std::isfinite(size) && size > kNegligibleError) columns[s].push_back(column);
+    }
+  };
   for (std::size_t j = 0; j < experiment.joint_names.size(); ++j) {
     for (const bool speed : {false, true}) {
       Experiment moved = experiment;
       for (Segment& s : moved.segments) (speed ? s.v0 : s.q0)[j] += (speed ? s.v0_error : s.q0_error)[j];
-      const Predictions off = predict(model, moved, options, values);
-      for (std::size_t s = 0; s < off.size(); ++s) {
-        const Eigen::VectorXd column = off[s] - plain[s];
-        const double size = column.cwiseQuotient(row_noise(experiment, experiment.segments[s])).squaredNorm();
-        if (std::isfinite(size) && size > kNegligibleError) columns[s].push_back(column);
-      }
+      add_columns(moved);
     }
+    for (const std::size_t which : {0u, 1u})
+      for (unsigned order = 0; has_noisy_pressure(experiment, j, which) && order < kPressureOrders; ++order)
+        add_columns(with_pressure_error(experiment, j, which, order));
   }
   bool any = false;
   for (std::size_t s = 0; s < columns.size(); ++s) {

@@ -1,10 +1,13 @@
 // Starts of simulations are estimated from noisy readings. What their errors do to the predictions looks like a
 // mismatch, decays with the motion, and differs from segment to segment; it must not be taken for physics.
 //
-// To first order the prediction of a segment is off by A z, one column of A for each uncertain start coordinate, z
-// standard normal: random effects (Laird and Ware, Biometrics 38, 1982). The residual's covariance is W^2 + A A^T with
-// W the weights, and residuals are whitened by it: what the starts explain counts only as far as it exceeds their
-// errors.
+// Pressures that drive joints are noisy, too: what they push too much or too little over a segment adds up, and is
+// carried along as the first few Legendre polynomials of time of which white noise is made.
+//
+// To first order the prediction of a segment is off by A z, one column of A for each uncertain start coordinate or
+// polynomial, z standard normal: random effects (Laird and Ware, Biometrics 38, 1982). The residual's covariance is W^2
+// + A A^T with W the weights, and residuals are whitened by it: what the starts explain counts only as far as it
+// exceeds their errors.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +27,7 @@ struct StartEffects {
 
 /// Fills the segments' start_effects, at `values` of the model's parameters; null stay those whose start does less than
 /// a single parameter's worth, all where the prediction is inverse dynamics. Returns whether any start matters.
-/// Simulates every segment once for each position and each speed.
+/// Simulates every segment once for each position and each speed, and for each polynomial of a pressure.
 bool attach_start_effects(Experiment& experiment, const PlantModel& model, const SimulatorOptions& options,
                           std::span<const double> values);
 

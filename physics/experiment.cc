@@ -590,6 +590,10 @@ Experiment make_experiment(const Scenario& scenario) {
   const std::vector<double>& clock = cuts.front().track->time;
   out.sample_period = scenario.sample_period.value_or(inverse(scenario) ? even_times(clock)[1] : median_spacing(clock));
   estimate_noise(out.channels, cuts);
+  if (scenario.pressure_driven)
+    for (int j = 0; j < scenario.robot->dof(); ++j)
+      out.pressure_noise.push_back({transducer_noise(scenario, cuts, ChannelKind::pressure_a, j),
+                                    transducer_noise(scenario, cuts, ChannelKind::pressure_b, j)});
   for (std::size_t r = 0; r < cuts.size(); ++r) add_segments(scenario, static_cast<int>(r), cuts, out);
   filter_noise(scenario, out);
   measure_sizes(scenario, cuts, out);

@@ -88,6 +88,8 @@ struct Experiment {
   std::vector<double> effort_rms;                       ///< of the measured effort (train); 0 where not measured
   std::vector<double> position_middle, position_reach;  ///< middle and half of the range travelled (train)
   double span = 0.0;                                    ///< s, length of the session
+  /// [joint] Pa rms, chambers A and B, of measured pressures that drive joints; NaN: unknown. Empty: they drive none.
+  std::vector<std::array<double, 2>> pressure_noise = {};
   /// Of so many parts that cannot move each other this is one: effects of the whole arm have no place in it.
   int parts = 1;
 };

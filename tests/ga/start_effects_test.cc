@@ -7,6 +7,7 @@
 
 #include "ga/problem.h"
 #include "tests/ga/plant_problems.h"
+#include "tests/physics/hydraulic_plants.h"
 
 namespace lacuna {
 namespace {
@@ -72,6 +73,45 @@ TEST(StartEffects, LeaveAtTheTruthWhatNoiseAloneLeaves) {
   EXPECT_LT(whitened, samples + 3.0 * error);
   // The start is estimated from the recording's own first readings: up to its two coordinates' units may be missing.
   EXPECT_GT(whitened, samples - 2.0 * kRecordings - 3.0 * error);
+}
+
+TEST(StartEffects, CarryThePressuresNoiseThatDrivesAJoint) {
+  // A block under constant pressures that are read with noise, its start known.
+  using namespace test::hydraulic;
+  constexpr double kPressureNoise = 50.0, kPositionNoise = 2e-4;  // Pa, m
+  const double a = 10 * kBar * kArea / kBlockMass;
+  double exact = 0.0, whitened = 0.0, samples = 0.0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Noise noise(seed);
+    Scenario scenario = pressed(
+        block_robot(), symmetric(), [&](double) { return 20 * kBar + kPressureNoise * noise(); },
+        [&](double) { return 10 * kBar + kPressureNoise * noise(); });
+    scenario.channels.of.erase(ChannelKind::velocity), scenario.channels.of.erase(ChannelKind::effort);
+    auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
+    auto& q = data->columns[static_cast<std::size_t>(data->find("q_slide"))];
+    const auto& t = data->columns[static_cast<std::size_t>(data->find("t"))];
+    for (std::size_t k = 0; k < t.size(); ++k) q[k] = 0.5 * a * t[k] * t[k] + kPositionNoise * noise();
+    scenario.recordings[0].data = data;
+    scenario.noise[ChannelKind::position]["slide"] = kPositionNoise;
+    scenario.noise[ChannelKind::pressure_a]["slide"] = scenario.noise[ChannelKind::pressure_b]["slide"] =
+        kPressureNoise;
+    const PlantModel model(scenario);
+    Experiment experiment = started_experiment(scenario, {{0.0}, {0.0}});
+    for (Segment& segment : experiment.segments) segment.q0_error = segment.v0_error = {0.0};
+    const SimulatorOptions options = on("featherstone", 0.005);
+    ASSERT_TRUE(attach_start_effects(experiment, model, options, model.values()));
+    Problem problem(model, experiment, SearchSpace(model, scenario), options, {kPositionNoise});
+    const std::vector<std::vector<double>> one{model.values()};
+    const int segment[] = {0};
+    exact += problem.plain_residuals_of(one, segment).front().squaredNorm();
+    const Eigen::VectorXd r = problem.residuals_of(one, segment).front();
+    whitened += r.squaredNorm();
+    samples += static_cast<double>(r.size());
+  }
+  const double error = std::sqrt(2.0 * samples);  // of a chi-square
+  EXPECT_GT(exact, 4.0 * samples) << "nothing was tested";
+  EXPECT_LT(whitened, samples + 3.0 * error);
+  EXPECT_GT(whitened, samples - 3.0 * error);
 }
 
 TEST(Problem, RowsInOtherWeightsAreThoseOfAProblemThatHasThem) {

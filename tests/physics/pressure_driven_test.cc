@@ -13,21 +13,6 @@ using namespace test::hydraulic;
 const Start kRest{{0.0}, {0.0}};
 constexpr double kRounding = 1e-10;  // m, of what RK4 follows exactly
 
-/// One joint, driven by pressures given as functions of time (Pa).
-template <class A, class B>
-Scenario pressed(std::shared_ptr<const Robot> robot, const Numbers& numbers, const A& a, const B& b,
-                 std::vector<EffectSpec> effects = {}) {
-  Scenario out = driven(std::move(robot), numbers, constant_drive(1, 1.0, 0.01, 3.0), kRest, std::move(effects));
-  auto data = std::make_shared<Recording>(*out.recordings[0].data);
-  const std::vector<double> time = data->columns[static_cast<std::size_t>(data->find("t"))];
-  const std::string& joint = out.robot->joints()[0].name;
-  auto& head = data->columns[static_cast<std::size_t>(data->find("a_" + joint))];
-  auto& rod = data->columns[static_cast<std::size_t>(data->find("b_" + joint))];
-  for (std::size_t k = 0; k < time.size(); ++k) head[k] = a(time[k]), rod[k] = b(time[k]);
-  out.recordings[0].data = data;
-  out.pressure_driven = true;
-  return out;
-}
 std::vector<double> position(const Scenario& scenario, const std::string& engine = "featherstone",
                              double step = kStep) {
   return predict_one(PlantModel(scenario), started_experiment(scenario, kRest), on(engine, step)).front().front();
