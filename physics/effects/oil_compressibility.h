@@ -31,6 +31,8 @@ struct OilCompressibility {
                       Coordinate::inverse},
                      {"middle", "rad", 0.0, -1e3, 1e3, "position at half of the stroke", Scale::reach, {0.0}}}};
     info.hydraulic = true;
+    // Ringing is faster than positions are sampled; sought in them, steps that cannot follow it pass for evidence.
+    info.in_efforts = true;
     return info;
   }
   template <class T>
