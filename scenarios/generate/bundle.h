@@ -1,11 +1,13 @@
 // The bundled scenarios as texts: robots from tables of dimensions, scenario files, excitation commands.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "ga/random.h"
 #include "scenarios/robot.h"
 #include "scenarios/yaml_writer.h"
 
@@ -42,6 +44,21 @@ std::string commented_urdf(const Robot& robot, const std::string& comment);
 /// or a slow ramp ("ramp"), for joints numbered from 1: columns t and u_N.
 std::string command_table(const std::string& course, const std::vector<int>& joints, int samples = 2000);
 
+/// A scenario's beginning, without and with the period of its samples; the caller ends the map.
+void put_head(YamlWriter& yaml, const std::string& remark, const std::string& name, const std::string& robot);
+void put_sampled_head(YamlWriter& yaml, const std::string& remark, const std::string& name, const std::string& robot);
+/// `recordings`: file below `folder`, and its role.
+void put_recordings(YamlWriter& yaml, const std::string& folder,
+                    const std::vector<std::pair<const char*, const char*>>& files);
+/// One joint moves, the others stand locked: dry friction that no effort of the arm overcomes. `besides` puts further
+/// effects before them.
+void put_brakes(YamlWriter& yaml, const std::vector<const char*>& joints, const std::function<void()>& besides = {});
+
+/// `value` times a factor drawn within 30 % of 1, to three digits.
+double drawn(RandomStream& stream, double value);
+/// Masses of all links drawn alike, then brought to the known total; the last moving link takes the rounding.
+std::vector<double> drawn_masses(RandomStream& stream, const Robot& robot);
+
 /// The arm's actuators: K N m/V, D N m s/rad, S N m/rad, rest rad (joint_7: N/V, N s/m, N/m, m).
 struct Source {
   double gain, damping, stiffness, rest;
@@ -61,6 +78,8 @@ constexpr std::size_t kCommentColumn = 31;
 
 void add_robots(Files& files);
 void add_scenarios(Files& files);
+/// hydrolek/hydraulic/: the same arm on valves, chambers and cylinders, with pressures.
+void add_hydraulic(Files& files);
 void add_commands(Files& files);
 /// scenarios/compare/: what `lacuna compare` runs.
 void add_comparison(Files& files);

@@ -42,7 +42,8 @@ namespace {
 const std::vector<int> kAllJoints{1, 2, 3, 4, 5, 6, 7};
 constexpr double kSamplePeriod = 0.01;  // s
 
-/// A scenario's beginning; the caller ends the map.
+}  // namespace
+
 void put_head(YamlWriter& yaml, const std::string& remark, const std::string& name, const std::string& robot) {
   if (!remark.empty()) yaml.remark(remark);
   yaml.remark("Written by lacuna_generate_scenarios; change scenarios/generate/scenarios.cc.");
@@ -55,15 +56,6 @@ void put_sampled_head(YamlWriter& yaml, const std::string& remark, const std::st
   yaml.put("sample_period", kSamplePeriod).comment("s");
 }
 
-/// Commands in volts and positions of the joints.
-void put_channels(YamlWriter& yaml, const std::vector<int>& joints, const char* units) {
-  yaml.key("channels").map().put("time", "t").comment("s");
-  put_commands(yaml, joints);
-  yaml.key("position").short_map();
-  for (const int i : joints) yaml.put(fmt::format("joint_{}", i), fmt::format("q_{}", i));
-  yaml.end().comment(units).end();
-}
-
 void put_recordings(YamlWriter& yaml, const std::string& folder,
                     const std::vector<std::pair<const char*, const char*>>& files) {
   yaml.key("recordings").comment("each starts at rest").list();
@@ -71,14 +63,48 @@ void put_recordings(YamlWriter& yaml, const std::string& folder,
   yaml.end();
 }
 
-/// One joint moves, the others stand locked at q = 0: dry friction that no effort of the arm overcomes.
-void put_brakes(YamlWriter& yaml, const std::vector<const char*>& joints) {
+void put_brakes(YamlWriter& yaml, const std::vector<const char*>& joints, const std::function<void()>& besides) {
   yaml.key("effects").comment("the other joints are locked by brakes; N m").list();
+  if (besides) besides();
   for (const char* joint : joints) {
     yaml.short_map().put("effect", "coulomb_friction").put("where", joint);
     yaml.key("parameters").short_map().put("Fc", 1e6).end().end();
   }
   yaml.end();
+}
+
+double drawn(RandomStream& stream, double value) {
+  return std::stod(fmt::format("{:.3g}", value * stream.uniform(0.7, 1.3)));
+}
+
+std::vector<double> drawn_masses(RandomStream& stream, const Robot& robot) {
+  std::vector<double> masses;
+  double sum = 0.0;
+  for (const Link& link : robot.links()) {
+    masses.push_back(link.inertial.mass > 0.0 ? drawn(stream, link.inertial.mass) : 0.0);
+    sum += masses.back();
+  }
+  const double total = robot.moving_mass();
+  double rest = total;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    masses[i] = std::round(1e3 * masses[i] * total / sum) / 1e3;
+    rest -= masses[i];
+    if (masses[i] > 0.0) last = i;
+  }
+  masses[last] = std::round(1e3 * (masses[last] + rest)) / 1e3;
+  return masses;
+}
+
+namespace {
+
+/// Commands in volts and positions of the joints.
+void put_channels(YamlWriter& yaml, const std::vector<int>& joints, const char* units) {
+  yaml.key("channels").map().put("time", "t").comment("s");
+  put_commands(yaml, joints);
+  yaml.key("position").short_map();
+  for (const int i : joints) yaml.put(fmt::format("joint_{}", i), fmt::format("q_{}", i));
+  yaml.end().comment(units).end();
 }
 
 void put_joint_2(YamlWriter& yaml, const Source& source) {
@@ -156,31 +182,6 @@ void add_all_joints(Files& files) {
   add(files, "hydrolek/all_joints/truth.yaml", truth);
 }
 
-/// `value` times a factor drawn within 30 % of 1, to three digits.
-double drawn(RandomStream& stream, double value) {
-  return std::stod(fmt::format("{:.3g}", value * stream.uniform(0.7, 1.3)));
-}
-
-/// Masses of all links drawn alike, then brought to the known total; the last moving link takes the rounding.
-std::vector<double> drawn_masses(RandomStream& stream, const Robot& robot) {
-  std::vector<double> masses;
-  double sum = 0.0;
-  for (const Link& link : robot.links()) {
-    masses.push_back(link.inertial.mass > 0.0 ? drawn(stream, link.inertial.mass) : 0.0);
-    sum += masses.back();
-  }
-  const double total = robot.moving_mass();
-  double rest = total;
-  std::size_t last = 0;
-  for (std::size_t i = 0; i < masses.size(); ++i) {
-    masses[i] = std::round(1e3 * masses[i] * total / sum) / 1e3;
-    rest -= masses[i];
-    if (masses[i] > 0.0) last = i;
-  }
-  masses[last] = std::round(1e3 * (masses[last] + rest)) / 1e3;
-  return masses;
-}
-
 void put_demo_noise(YamlWriter& yaml) {
   yaml.key("noise").comment("rms").map().key("position").short_map();
   for (const int i : kAllJoints) yaml.put(fmt::format("joint_{}", i), i < 7 ? 3e-4 : 3e-5);
@@ -249,6 +250,7 @@ void add_scenarios(Files& files) {
   add_joint_2(files, "table5", {20, 48, 5008, 0.4});
   add_all_joints(files);
   add_demo(files);
+  add_hydraulic(files);
   add_referee(files, "pendulum",
               "Closed form: (m l^2/3 + m w^2/12 ) q'' = -m g l/2 sin q, with m 1 kg, l 1 m, rod width w 0.02 m.");
   add_referee(files, "double_pendulum", "Closed form: two rods, equations in tests/reference.");
