@@ -402,6 +402,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   attach_parameters(out);
   note_dry_friction(out);
   out.valves = compare_valves(current, with_events, simulator);
+  out.chain = joint_chains(before, current, scenario, with_events, simulator, out.seed);
   judge_rest(out, before, named, experiment, simulator);
   note_test_rest(out, current, with_events, simulator);
   const std::vector<double> noise = noise_levels(experiment);

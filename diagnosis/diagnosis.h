@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/chain.h"
 #include "diagnosis/idim.h"
 #include "diagnosis/locate.h"
 #include "diagnosis/valve_comparison.h"
@@ -205,6 +206,7 @@ struct Diagnosis {
   std::optional<Idim> idim;  ///< the yardstick, where efforts are compared
   /// The yardstick of joints whose valves give a flow, and what the final model has in its place.
   std::vector<ValveComparison> valves;
+  std::vector<JointChain> chain;  ///< joints whose pressures are measured
   std::vector<EngineGain> engines;
   std::vector<Whiteness> whiteness;
   std::vector<Trace> traces;                    ///< of the first test recording

@@ -42,17 +42,6 @@ double noise_correlation(double seen) {
   return low;
 }
 
-/// Whether inverse dynamics can be had: every joint's position is measured, long and often enough.
-bool possible(const Experiment& free_run) {
-  const std::vector<int> channels = position_channels(free_run);
-  if (std::any_of(channels.begin(), channels.end(), [](int c) { return c < 0; })) return false;
-  return std::all_of(free_run.segments.begin(), free_run.segments.end(), [](const Segment& s) {
-    const double rate = static_cast<double>(s.count - 1) / s.time(s.count - 1);
-    const Thinning thinning(kLocateCutoff, rate);
-    return kLocateCutoff < 0.25 * rate && s.count > 2 * thinning.edge + 20 * thinning.stride;
-  });
-}
-
 /// Missing efforts of all segments, as residuals with unit weights: in units of the commands.
 class Efforts {
  public:
@@ -70,7 +59,7 @@ class Efforts {
     whole.events.clear();  // what happened is missing, too
     whole.prediction = FreeRun{};
     free_run_ = make_experiment(whole);
-    if (!possible(free_run_)) return;
+    if (!can_invert(free_run_)) return;
     whole.prediction = InverseDynamics{kLocateCutoff};
     experiment_ = make_experiment(whole);
     for (std::size_t s = 0; s < experiment_.segments.size(); ++s)
@@ -308,6 +297,16 @@ std::vector<std::pair<double, double>> cloud_of_efforts(const LearnedLaw& law, c
 }
 
 }  // namespace
+
+bool can_invert(const Experiment& simulated) {
+  const std::vector<int> channels = position_channels(simulated);
+  if (std::any_of(channels.begin(), channels.end(), [](int c) { return c < 0; })) return false;
+  return std::all_of(simulated.segments.begin(), simulated.segments.end(), [](const Segment& s) {
+    const double rate = static_cast<double>(s.count - 1) / s.time(s.count - 1);
+    const Thinning thinning(kLocateCutoff, rate);
+    return kLocateCutoff < 0.25 * rate && s.count > 2 * thinning.edge + 20 * thinning.stride;
+  });
+}
 
 std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const CurrentModel& with_law,
                                                 const Scenario& scenario, const SimulatorOptions& options) {

@@ -66,6 +66,10 @@ std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const Cur
 constexpr double kLikely = 0.01;
 std::vector<std::string> likely_joints(const std::vector<MissingEffort>& missing);
 
+/// Whether inverse dynamics of its recordings can be had at kLocateCutoff: every joint's position is measured, long and
+/// often enough.
+bool can_invert(const Experiment& simulated);
+
 /// All joints, largest share first; empty where inverse dynamics cannot be had: a joint's position is not measured, its
 /// noise is unknown, a recording is shorter than ten cycles of the cutoff, or the cutoff is beyond the sampling. Reads
 /// train and validate recordings. p-values are corrected (Bonferroni) for joints times regions, joints times

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kStarts = 3;
 constexpr double kMostNumbers = 4096;  ///< of n that are tried
-constexpr double kSlow = 0.2;          ///< of a joint's rms speed: n is seen where the slower motion lets it pass
+constexpr double kSlowMotion = 0.2;    ///< of a joint's rms speed: n is seen where the slower motion lets it pass
 constexpr double kApart = 3.0;         ///< steps of n between two starts
 
 /// What is left of the effort at one joint, where and how fast it moved.
@@ -85,7 +85,7 @@ std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, cons
   if (inverse == nullptr || !(range > 0.0) || !(speed > 0.0)) return {};
   const Left left = left_of(current, experiment, simulator, joint);
   if (left.q.empty()) return {};
-  const double step = 1.0 / range, most = 2.0 * std::numbers::pi * inverse->cutoff_hz / (kSlow * speed);
+  const double step = 1.0 / range, most = 2.0 * std::numbers::pi * inverse->cutoff_hz / (kSlowMotion * speed);
   const double first = 2.0 * std::numbers::pi / range;  // a whole period within the travel
   const int count = static_cast<int>(std::clamp((most - first) / step, 1.0, kMostNumbers));
   std::vector<Ripple> ripples = spectrum(left, first, step, count, inverse->cutoff_hz);

@@ -1,8 +1,10 @@
 #include "ga/start_effects.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <stdexcept>
 
 namespace lacuna {
@@ -65,6 +67,19 @@ Experiment with_pressure_error(const Experiment& experiment, std::size_t j, std:
   return out;
 }
 
+/// One standard error of that chamber's pressure at the start of every segment where it was measured there; none where
+/// its noise is unknown.
+std::optional<Experiment> with_start_pressure_error(const Experiment& experiment, std::size_t j, std::size_t which) {
+  const ChannelKind kind = which == 0 ? ChannelKind::pressure_a : ChannelKind::pressure_b;
+  const auto channel = std::ranges::find_if(
+      experiment.channels, [&](const Channel& c) { return c.kind == kind && c.joint == static_cast<int>(j); });
+  if (channel == experiment.channels.end() || !(channel->noise > 0.0)) return std::nullopt;
+  Experiment out = experiment;
+  for (Segment& s : out.segments)
+    if (!s.pressures0.empty()) s.pressures0[j][which] += channel->noise;  // stays NaN where it was not measured
+  return out;
+}
+
 }  // namespace
 
 bool attach_start_effects(Experiment& experiment, const PlantModel& model, const SimulatorOptions& options,
@@ -86,9 +101,11 @@ bool attach_start_effects(Experiment& experiment, const PlantModel& model, const
       for (Segment& s : moved.segments) (speed ? s.v0 : s.q0)[j] += (speed ? s.v0_error : s.q0_error)[j];
       add_columns(moved);
     }
-    for (const std::size_t which : {0u, 1u})
+    for (const std::size_t which : {0u, 1u}) {
+      if (const auto moved = with_start_pressure_error(experiment, j, which)) add_columns(*moved);
       for (unsigned order = 0; has_noisy_pressure(experiment, j, which) && order < kPressureOrders; ++order)
         add_columns(with_pressure_error(experiment, j, which, order));
+    }
   }
   bool any = false;
   for (std::size_t s = 0; s < columns.size(); ++s) {

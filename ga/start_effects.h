@@ -27,7 +27,8 @@ struct StartEffects {
 
 /// Fills the segments' start_effects, at `values` of the model's parameters; null stay those whose start does less than
 /// a single parameter's worth, all where the prediction is inverse dynamics. Returns whether any start matters.
-/// Simulates every segment once for each position and each speed, and for each polynomial of a pressure.
+/// Simulates every segment once for each position, each speed and each chamber's pressure at its start, and for each
+/// polynomial of a pressure that drives a joint.
 bool attach_start_effects(Experiment& experiment, const PlantModel& model, const SimulatorOptions& options,
                           std::span<const double> values);
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "physics/chamber_balance.h"
 #include "physics/experiment.h"
 #include "physics/fast_motion.h"
 #include "physics/filter.h"
@@ -96,7 +97,41 @@ class InverseDynamicsRun {
     }
   }
 
+  /// One lane, joints that measured pressures drive (chamber_balance.h).
+  void balance(std::vector<ChamberBalance>& out) {
+    out.assign(n_, {});
+    std::vector<T> rates(z_.size(), T(0.0)), faster = rates;
+    for (std::size_t k = 0; k < motion_.samples(); ++k) {
+      arrive(k);
+      for (std::size_t j = 0; j < n_; ++j) {
+        if (!segment_.is_pressed(j)) continue;
+        const int joint = static_cast<int>(j), at = plant_.actuator_state(joint);
+        const auto chambers = [&](const T& v, std::vector<T>& rate) {
+          plant_.effort(joint, now_, q_[j], v, u_[j], z_.data(), m_.data(), rate.data(), nullptr);
+        };
+        chambers(v_[j], rates);
+        chambers(v_[j] + T(1.0), faster);
+        for (const std::size_t which : {0u, 1u}) {
+          const std::size_t i = static_cast<std::size_t>(at) + which;
+          const double per_speed = lane(rates[i] - faster[i], 0), rise = rise_of(j, which, k) / kPressureUnit;
+          out[j].flow[which].push_back((lane(rates[i], 0) - rise) / per_speed);
+          out[j].compression[which].push_back(rise / per_speed);
+        }
+        const double effort = lane(driven_effort(joint), 0);
+        out[j].effort.push_back(effort);
+        out[j].excess.push_back(effort - lane(needed_effort(joint, false), 0));
+      }
+    }
+  }
+
  private:
+  /// Pa/s at sample k, between its neighbours.
+  double rise_of(std::size_t joint, std::size_t which, std::size_t k) const {
+    const std::vector<double>& p = pressures_[joint][which];
+    const std::size_t before = k > 0 ? k - 1 : k, after = std::min(k + 1, p.size() - 1);
+    return (p[after] - p[before]) / (motion_.time[after] - motion_.time[before]);
+  }
+
   /// States are carried in steps no longer than this.
   static constexpr double kStateStep = 1e-3;  // s
   static constexpr double kResolvedSteps = 0.7;

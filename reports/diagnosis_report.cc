@@ -481,6 +481,7 @@ std::string diagnosis_page(const Scenario& scenario, const Diagnosis& d, const C
   page.section("Replay", replay_of(scenario, d));
   page.section(changes_the_model(d) ? "Before and after" : "Measured and simulated", before_after_section(d));
   page.section("Where the plain model fails", missing_effort_section(d.missing));
+  page.section("The chain from command to motion", chain_section(d.chain, changes_the_model(d)));
   page.section("Pictures", picture_section(pictures));
   page.section("Residuals", residual_section(scenario, d));
   page.section("Beside the base-parameter regression", idim_section(d));

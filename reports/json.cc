@@ -325,6 +325,31 @@ Json valves_of(const Diagnosis& diagnosis) {
   return out;
 }
 
+Json json_of(const PartFit& part) {
+  if (!part.why_not.empty()) return {{"part", to_string(part.part)}, {"why_not", part.why_not}};
+  return {{"part", to_string(part.part)},
+          {"unit", part.unit},
+          {"samples", part.samples},
+          {"signal", part.signal},
+          {"noise", part.noise},
+          {"before", part.before},
+          {"after", part.after},
+          {"p_before", part.p_before},
+          {"p_after", part.p_after},
+          {"fails", part.fails()},
+          {"still_fails", part.still_fails()}};
+}
+/// Where the chain from command to motion fails, joint by joint whose pressures are measured.
+Json chain_of(const Diagnosis& diagnosis) {
+  Json out = Json::array();
+  for (const JointChain& chain : diagnosis.chain) {
+    Json parts = Json::array();
+    for (const PartFit& part : chain.parts) parts.push_back(json_of(part));
+    out.push_back({{"joint", chain.joint}, {"areas_given", chain.areas_given}, {"parts", std::move(parts)}});
+  }
+  return out;
+}
+
 /// Which file holds what of which test recording.
 Json predictions_of(const Diagnosis& diagnosis) {
   Json out = Json::array();
@@ -368,6 +393,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"worse", diagnosis.worse},
       {"idim", idim_of(diagnosis.idim)},
       {"speed_against_command", valves_of(diagnosis)},
+      {"chain", chain_of(diagnosis)},
       {"missing_effort", missing},
       {"whiteness", colours},
       {"fit",

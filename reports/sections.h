@@ -37,6 +37,10 @@ Html trace_section(std::span<const Trace> traces, const TraceOptions& options);
 /// Joint by joint, the effort that the plain model lacks.
 Html missing_effort_section(std::span<const MissingEffort> missing);
 
+/// The chain from command to motion of joints whose pressures are measured, with its parts' mismatches; `two`: of the
+/// plain and of the diagnosed model, else of the plain one.
+Html chain_section(std::span<const JointChain> chains, bool two);
+
 /// The laws that were learned: each as a curve with its band, and what it looks like.
 Html learned_section(std::span<const LearnedLaw> laws);
 /// What happened once in a recording, one row an event.
