@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint32_t kChainDraws = 72;  // of random draws
 constexpr double kSettles = 0.5;           // s, within which oil comes to rest behind a valve that has closed
 constexpr double kCommanded = 0.01;        // of a joint's largest command: what opens its valve
-constexpr double kLeastRatio = 1.5;        // of the noise: what is worth saying
+constexpr double kLeastRatio = 1.5;        // of what is expected: what is worth saying
 constexpr std::size_t kFewest = 10;        // samples that judge a part
 constexpr std::size_t kPartCount = kParts.size();
 
@@ -439,19 +439,57 @@ std::string too_few(ChainPart part) {
   return "too few samples";
 }
 
+bool is_judged(const PartFit& part) { return part.why_not.empty() && part.noise > 0.0; }
+
+/// What a right part would leave, and how many samples say so.
+void expect(JointChain& chain) {
+  for (PartFit& part : chain.parts) part.expected_before = part.expected_after = part.noise;
+  const PartFit& alone = chain.parts[at(ChainPart::command_to_flow)];
+  PartFit& supply = chain.parts[at(ChainPart::supply)];
+  if (!is_judged(alone) || !is_judged(supply) || !(alone.signal > 0.0)) return;
+  const double faster = supply.signal / alone.signal;
+  supply.expected_before = std::max(supply.noise, faster * alone.before);
+  supply.expected_after = std::max(supply.noise, faster * alone.after);
+}
+
 /// p-values, corrected for all parts of all joints.
 void judge(std::vector<JointChain>& chains) {
   double tests = 0.0;
-  for (const JointChain& chain : chains)
-    for (const PartFit& part : chain.parts) tests += part.why_not.empty() && part.noise > 0.0;
-  const auto p_of = [&](double rms, const PartFit& part) {
-    const double ratio = rms / part.noise;
-    return std::min(1.0, tests * chance_of_energy(ratio * ratio, part.samples));
-  };
-  for (JointChain& chain : chains)
-    for (PartFit& part : chain.parts)
-      if (part.why_not.empty() && part.noise > 0.0)
-        part.p_before = p_of(part.before, part), part.p_after = p_of(part.after, part);
+  for (JointChain& chain : chains) {
+    expect(chain);
+    for (const PartFit& part : chain.parts) tests += is_judged(part);
+  }
+  for (JointChain& chain : chains) {
+    for (PartFit& part : chain.parts) {
+      if (!is_judged(part)) continue;
+      const double reference = chain.parts[at(ChainPart::command_to_flow)].samples;
+      // Of two estimated energies the ratio scatters as that of one with the harmonic number of samples.
+      const auto samples = [&](double expected) {
+        return expected > part.noise ? part.samples * reference / (part.samples + reference) : part.samples;
+      };
+      const auto p_of = [&](double rms, double expected) {
+        return std::min(1.0, tests * chance_of_energy(std::pow(rms / expected, 2), samples(expected)));
+      };
+      part.p_before = p_of(part.before, part.expected_before);
+      part.p_after = p_of(part.after, part.expected_after);
+    }
+  }
+}
+
+/// Of a joint that hardly ever moves alone all that its open valve lets through judges the valve.
+void take_together(JointSamples& samples) {
+  for (auto* of : {&samples.mismatch, &samples.signal}) {
+    std::vector<double>& alone = (*of)[at(ChainPart::command_to_flow)];
+    std::vector<double>& together = (*of)[at(ChainPart::supply)];
+    alone.insert(alone.end(), together.begin(), together.end());
+    together.clear();
+  }
+}
+/// Does that to all `samples` of a joint where the first of them needs it.
+void take_together_where_needed(PartFit& supply, std::initializer_list<JointSamples*> samples) {
+  if ((*samples.begin())->mismatch[at(ChainPart::command_to_flow)].size() >= kFewest) return;
+  for (JointSamples* each : samples) take_together(*each);
+  supply.why_not = "the joint is hardly ever commanded alone: what others take is not told from its own valve";
 }
 
 JointChain begun(const Scenario& scenario, const Joint& joint) {
@@ -482,11 +520,12 @@ void put_chambers(std::vector<JointChain>& chains, const std::vector<int>& indic
         for (PartFit& part : chain.parts) part.why_not = kCannotInvert;
     return;
   }
-  const std::vector<JointSamples> plain = chambers.mismatch(before), found = chambers.mismatch(after);
-  const std::vector<JointSamples> noise = chambers.noise(before, seed);
+  std::vector<JointSamples> plain = chambers.mismatch(before), found = chambers.mismatch(after);
+  std::vector<JointSamples> noise = chambers.noise(before, seed);
   for (std::size_t k = 0; k < chains.size(); ++k) {
     if (!chains[k].areas_given) continue;
     const auto j = static_cast<std::size_t>(indices[k]);
+    take_together_where_needed(chains[k].parts[at(ChainPart::supply)], {&plain[j], &found[j], &noise[j]});
     for (PartFit& part : chains[k].parts) put(part, plain[j], found[j], rms_of(noise[j].mismatch[at(part.part)]));
   }
 }
@@ -494,11 +533,12 @@ void put_chambers(std::vector<JointChain>& chains, const std::vector<int>& indic
 /// Joints whose actuators have no areas.
 void put_flows(std::vector<JointChain>& chains, const std::vector<int>& indices, const CurrentModel& before,
                const CurrentModel& after, const Speeds& speeds, const FittedAreas& areas, std::uint64_t seed) {
-  const std::vector<JointSamples> plain = speeds.mismatch(before), found = speeds.mismatch(after);
+  std::vector<JointSamples> plain = speeds.mismatch(before), found = speeds.mismatch(after);
   for (std::size_t k = 0; k < chains.size(); ++k) {
     JointChain& chain = chains[k];
     if (chain.areas_given) continue;
     const auto j = static_cast<std::size_t>(indices[k]);
+    take_together_where_needed(chain.parts[at(ChainPart::supply)], {&plain[j], &found[j]});
     for (const ChainPart part : {ChainPart::command_to_flow, ChainPart::supply})
       put(chain.parts[at(part)], plain[j], found[j], speeds.noise(j));
     chain.parts[at(ChainPart::flow_to_pressure)].why_not =
@@ -513,7 +553,7 @@ void put_flows(std::vector<JointChain>& chains, const std::vector<int>& indices,
   }
 }
 
-bool beyond(double p, double rms, double noise) { return p < kLocateError && rms > kLeastRatio * noise; }
+bool beyond(double p, double rms, double expected) { return p < kLocateError && rms > kLeastRatio * expected; }
 
 }  // namespace
 
@@ -522,8 +562,8 @@ const char* to_string(ChainPart part) {
   return kNames[at(part)];
 }
 
-bool PartFit::fails() const { return why_not.empty() && beyond(p_before, before, noise); }
-bool PartFit::still_fails() const { return why_not.empty() && beyond(p_after, after, noise); }
+bool PartFit::fails() const { return why_not.empty() && beyond(p_before, before, expected_before); }
+bool PartFit::still_fails() const { return why_not.empty() && beyond(p_after, after, expected_after); }
 
 std::vector<JointChain> joint_chains(const CurrentModel& before, const CurrentModel& after, const Scenario& scenario,
                                      const Experiment& experiment, const SimulatorOptions& options,

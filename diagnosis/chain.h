@@ -9,7 +9,8 @@
 //   command to flow     flow that the valve's equation gives at this command and these pressures, against what the
 //                       chambers took for the piston's motion and the oil's compression; while no other joint is
 //                       commanded
-//   supply              the same while others are commanded, too
+//   supply              the same while others are commanded, too: it fails where that is more than the valve leaves by
+//                       itself, in proportion to the speed
 //   flow to pressure    the same while the joint's valve has been closed for a while: what is left are leaks and
 //                       compression
 //   pressure to motion  the piston's force against the effort that the motion needs (inverse dynamics)
@@ -45,9 +46,11 @@ struct PartFit {
   double samples = 0.0;
   double signal = 0.0;  ///< rms of what the part gave as measured: speed; oil's compression; effort about its mean
   double noise = 0.0;   ///< rms that the transducers' noise makes of the mismatch
-  double before = 0.0, after = 0.0;      ///< rms of the mismatch, of the plain and of the diagnosed model
-  double p_before = 1.0, p_after = 1.0;  ///< of so much from noise alone, corrected for all that is judged
-  bool fails() const;                    ///< the plain model's, beyond chance (kLocateError)
+  double before = 0.0, after = 0.0;  ///< rms of the mismatch, of the plain and of the diagnosed model
+  /// rms of it where the part is right: the noise; of a supply what the valve leaves by itself, where that is more.
+  double expected_before = 0.0, expected_after = 0.0;
+  double p_before = 1.0, p_after = 1.0;  ///< of so much more from chance alone, corrected for all that is judged
+  bool fails() const;                    ///< the plain model's, beyond chance (kLocateError) and half as much again
   bool still_fails() const;              ///< the diagnosed one's
 };
 

@@ -22,8 +22,8 @@ struct ChamberBalance {
   std::array<std::vector<double>, 2> flow;
   /// The same of what the chamber took beyond the piston's motion: the compression of its oil, rad/s (m/s).
   std::array<std::vector<double>, 2> compression;
-  std::vector<double> effort;  ///< of the drive, with what its pressures give: N m (N)
-  std::vector<double> excess;  ///< by which it is more than the motion needs, N m (N)
+  std::vector<double> effort;  ///< that the motion of the links takes, N m (N)
+  std::vector<double> excess;  ///< what drives the joint, its pressures first, beyond what its motion needs, N m (N)
 };
 
 /// Along `segment`, of inverse dynamics, whose `pressures` are measured and whose commands are as given.

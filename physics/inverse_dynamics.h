@@ -117,9 +117,8 @@ class InverseDynamicsRun {
           out[j].flow[which].push_back((lane(rates[i], 0) - rise) / per_speed);
           out[j].compression[which].push_back(rise / per_speed);
         }
-        const double effort = lane(driven_effort(joint), 0);
-        out[j].effort.push_back(effort);
-        out[j].excess.push_back(effort - lane(needed_effort(joint, false), 0));
+        out[j].effort.push_back(lane(tau_[j], 0));
+        out[j].excess.push_back(lane(driven_effort(joint) - needed_effort(joint, false), 0));
       }
     }
   }

@@ -106,7 +106,9 @@ std::string words_of(const JointChain& chain, bool two) {
     } else if (part.fails()) {
       failing.push_back(title + " (" + figures(part, two) + ")");
     } else {
-      holding.push_back(title + " (" + times(part.before, part) + ")");
+      const bool of_the_valve = part.expected_before > part.noise && part.before > part.noise;
+      holding.push_back(title + " (" + times(part.before, part) +
+                        (of_the_valve ? ", no more than the valve alone" : "") + ")");
     }
   }
   std::string out =
@@ -158,7 +160,9 @@ Html chain_section(std::span<const JointChain> chains, bool two) {
                  "motion: the piston's force against the effort that the motion needs. A joint whose actuator has "
                  "no areas is judged by its simulated speed, and the areas that turn its pressures into an effort "
                  "are fitted to the train recordings. A part fails where its mismatch has a chance under 1 in "
-                 "1,000 from noise alone, corrected for all parts, and is over 1.5 times the noise.",
+                 "1,000 from noise alone, corrected for all parts, and is over 1.5 times the noise; a supply where it "
+                 "is "
+                 "that much over what the valve leaves by itself at that speed.",
                  kLocateCutoff, two ? ", of the plain model and of the diagnosed one" : ""),
              "muted small");
 }

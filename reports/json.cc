@@ -327,17 +327,10 @@ Json valves_of(const Diagnosis& diagnosis) {
 
 Json json_of(const PartFit& part) {
   if (!part.why_not.empty()) return {{"part", to_string(part.part)}, {"why_not", part.why_not}};
-  return {{"part", to_string(part.part)},
-          {"unit", part.unit},
-          {"samples", part.samples},
-          {"signal", part.signal},
-          {"noise", part.noise},
-          {"before", part.before},
-          {"after", part.after},
-          {"p_before", part.p_before},
-          {"p_after", part.p_after},
-          {"fails", part.fails()},
-          {"still_fails", part.still_fails()}};
+  return {{"part", to_string(part.part)}, {"unit", part.unit},     {"samples", part.samples},
+          {"signal", part.signal},        {"noise", part.noise},   {"expected", part.expected_before},
+          {"before", part.before},        {"after", part.after},   {"p_before", part.p_before},
+          {"p_after", part.p_after},      {"fails", part.fails()}, {"still_fails", part.still_fails()}};
 }
 /// Where the chain from command to motion fails, joint by joint whose pressures are measured.
 Json chain_of(const Diagnosis& diagnosis) {
