@@ -29,6 +29,7 @@ constexpr double kPlate = 0.085;       // radius of the plate below it, likewise
 constexpr double kPin = 0.016;         // radius of a pin, likewise
 constexpr double kCollar = 0.9;        // a link at least this long along its axis, against across it, turns in a collar
 constexpr double kUpright = 0.9;       // cosine: a first axis at least as upright as this stands on a pillar
+constexpr double kWall = 1.25;         // a barrel's outer over its bore
 constexpr double kSmallestRobot = 1e-3;  // m: size of a robot whose joints all coincide
 
 Isometry3d body_pose(const Robot& robot, std::span<const Isometry3d> link_poses, int body) {
@@ -221,6 +222,15 @@ void add_bones(const Robot& robot, std::span<const Isometry3d> link_poses, int b
   for (std::size_t i = first; i < figure.size(); ++i) figure[i].body = body;
 }
 
+/// Away from the joint's axis towards the joint before it.
+Vector3d towards_parent(const Robot& robot, std::span<const Isometry3d> link_poses, const Joint& joint,
+                        const Vector3d& axis) {
+  const Vector3d here = link_poses[static_cast<std::size_t>(joint.link)].translation();
+  Vector3d way = body_pose(robot, link_poses, joint.parent).translation() - here;
+  way -= way.dot(axis) * axis;
+  return way.norm() > 1e-6 ? way.normalized() : Vector3d(frame_along(axis).col(0));
+}
+
 void check_poses(const Robot& robot, std::span<const Isometry3d> link_poses) {
   if (link_poses.size() != robot.links().size()) {
     throw std::invalid_argument(std::to_string(link_poses.size()) + " poses for " +
@@ -257,6 +267,38 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> 
     }
   }
   return figure;
+}
+
+std::vector<Solid> piston_figure(const Robot& robot, std::span<const Isometry3d> link_poses, const Piston& piston) {
+  check_poses(robot, link_poses);
+  const Vector3d at = joint_position(robot, link_poses, piston.joint);  // throws for a joint that is not there
+  const Joint& joint = robot.joints()[static_cast<std::size_t>(piston.joint)];
+  const Isometry3d zero = body_pose(robot, link_poses, joint.parent) * joint.origin;
+  const Isometry3d& moved = link_poses[static_cast<std::size_t>(joint.link)];
+  const Vector3d axis = (zero.linear() * joint.axis).normalized();
+  const Eigen::AngleAxisd turned(Eigen::Matrix3d(zero.linear().transpose() * moved.linear()));
+  const double q = turned.angle() * turned.axis().dot(joint.axis.normalized());
+
+  Eigen::Matrix3d frame = frame_along(axis);
+  double beside = stretch(robot, link_poses, piston.joint, at, frame).along;
+  if (joint.parent >= 0) {
+    const Stretch parent = stretch(robot, link_poses, joint.parent, at, frame);
+    if (parent.along < parent.across) beside = std::max(beside, parent.along);
+  }
+  const double radius = 0.5 * kWall * piston.bore;
+  const Vector3d middle = at + (beside + 1.2 * radius) * axis;
+  const Vector3d way = towards_parent(robot, link_poses, joint, axis);
+  const Vector3d from = middle + piston.lever_a * way;
+  const Vector3d to = middle + piston.lever_b * (Eigen::AngleAxisd(q + piston.lever_angle, axis) * way);
+  const Vector3d along = (to - from).norm() > 0 ? Vector3d((to - from).normalized()) : axis;
+  const Vector3d gland = from + std::min(piston.barrel, (to - from).norm()) * along;
+
+  std::vector<Solid> out{rod(Solid::Kind::cylinder, from, gland, radius, kRailColor),
+                         rod(Solid::Kind::cylinder, gland, to, 0.5 * piston.rod, kPinColor)};
+  for (const Vector3d& pin : {from, to})
+    out.push_back(
+        rod(Solid::Kind::cylinder, pin - 1.1 * radius * axis, pin + 1.1 * radius * axis, 0.45 * radius, kPinColor));
+  return out;
 }
 
 std::optional<Solid> pillar(const Robot& robot, double ground) {

@@ -37,6 +37,21 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Eigen::Isome
 /// joint does not turn about the vertical: such a robot swings or slides through the place.
 std::optional<Solid> pillar(const Robot& robot, double ground);
 
+/// A cylinder that turns a joint, between a pin on either side of the joint's axis.
+struct Piston {
+  int joint = -1;
+  double lever_a = 0.0,
+         lever_b = 0.0;          ///< m, of the pin that the joint's parent carries, and of that on the moved body
+  double lever_angle = 0.0;      ///< rad between both, seen from the axis, at position 0
+  double barrel = 0.0;           ///< m, its length
+  double bore = 0.0, rod = 0.0;  ///< m, diameters
+};
+/// Barrel, rod and pins beside the links. Distances and the angle between the pins are the cylinder's; where they lie
+/// around the axis nobody says: the parent's pin is drawn towards the joint before, and all of it on the axis' side.
+/// Throws as robot_figure.
+std::vector<Solid> piston_figure(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses,
+                                 const Piston& piston);
+
 /// World position of a joint: the origin of the link it moves.
 Eigen::Vector3d joint_position(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses, int joint);
 

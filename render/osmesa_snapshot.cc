@@ -422,6 +422,8 @@ Image render_snapshot(const Robot& robot, std::span<const Eigen::Isometry3d> lin
   if (!render_available(&reason)) throw WorkError(reason);
   check_camera(camera);
   std::vector<Solid> figure = robot_figure(robot, link_poses);
+  for (const Piston& piston : options.pistons)
+    for (Solid& solid : piston_figure(robot, link_poses, piston)) figure.push_back(std::move(solid));
   if (const std::optional<Solid> carrier = pillar(robot, camera.ground)) figure.push_back(*carrier);
   Painter& painter = Painter::instance();
   Image image = painter.draw(figure, camera, options.width, options.height);

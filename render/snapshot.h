@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "render/camera.h"
+#include "render/figure.h"
 #include "render/image.h"
 
 namespace lacuna {
@@ -33,6 +34,7 @@ struct SnapshotOptions {
   std::string caption;     ///< the engine's name, large, top left
   std::string subcaption;  ///< a line below it: pose, time. Printable ASCII; others show as ?
   std::vector<Marker> markers;
+  std::vector<Piston> pistons;  ///< drawn with the robot
 };
 
 /// False where this build or machine cannot draw; `reason` (may be null) then says why.

@@ -91,6 +91,23 @@ TEST(RobotFigure, AMeshThatWasNotReadIsDrawnLikeALinkWithoutVisuals) {
   }
 }
 
+TEST(PistonFigure, ReachesFromPinToPinAsLongAsTheLawOfCosinesHasIt) {
+  const auto robot = test::robot(test::kArm);
+  const Piston piston{1, 0.3, 0.08, 1.1, 0.2, 0.04, 0.02};
+  for (const double q : {-0.6, 0.0, 0.9}) {
+    const auto figure = piston_figure(*robot, test::link_poses(*robot, {0.4, q, 0}), piston);
+    ASSERT_EQ(figure.size(), 4u);
+    const Vector3d from = figure[2].pose.translation(), to = figure[3].pose.translation();
+    const double length = std::sqrt(0.09 + 0.0064 - 2 * 0.3 * 0.08 * std::cos(q + 1.1));
+    EXPECT_NEAR((to - from).norm(), length, 1e-12) << q;
+    EXPECT_NEAR(2 * figure[0].half.z(), 0.2, 1e-12) << "the barrel keeps its length";
+    EXPECT_NEAR(2 * (figure[0].half.z() + figure[1].half.z()), length, 1e-12) << "the rod is the rest";
+  }
+  Piston nowhere = piston;
+  nowhere.joint = 9;
+  EXPECT_THROW(piston_figure(*robot, test::link_poses(*robot, {0, 0, 0}), nowhere), std::invalid_argument);
+}
+
 TEST(RobotFigure, RefusesAWrongCountAndPosesThatAreNotFinite) {
   const auto robot = test::robot(test::kArm);
   auto poses = test::link_poses(*robot, {0, 0, 0});
