@@ -21,13 +21,9 @@ namespace {
 constexpr int kInversePasses = 1;  ///< of the filter, through which what inverse dynamics compares goes
 
 constexpr std::size_t kFewestSamples = 10;
-/// A local polynomial is accepted while its residual variance over the noise's stays below what chi-square over its
-/// degrees of freedom exceeds in 1 % of draws (Wilson and Hilferty, PNAS 17, 1931).
-double variance_slack(double freedom) {
-  constexpr double kQuantile = 2.326;
-  const double spread = 2.0 / (9.0 * freedom);
-  return std::pow(1.0 - spread + kQuantile * std::sqrt(spread), 3);
-}
+/// A local polynomial is accepted while its residual variance stays below this multiple of the noise variance
+/// (chi-square over ten degrees of freedom exceeds it in about 1 % of draws).
+constexpr double kVarianceSlack = 2.3;
 
 const std::vector<double>& column_of(const Recording& data, const std::string& name) {
   return data.columns[static_cast<std::size_t>(data.find(name))];
@@ -464,49 +460,28 @@ struct LocalFit {
   int order = 0;
 };
 constexpr int kHighestOrder = 2;
-constexpr int kFurtherOrders = 2;  ///< what a polynomial must leave out without loss
-/// What they may take off the squares over the noise's: chi-square over two degrees of freedom exceeds it in 5 % of
-/// draws. A bend that residuals as a whole hide among the noise shows there.
-constexpr double kFurtherGain = 6.0;
 
-/// Least squares of one order.
-struct Polynomial {
-  Eigen::MatrixXd inverse;  ///< of the normal equations, in spans of time
-  Eigen::VectorXd x;
-  double squares = 0.0;  ///< left
-};
-Polynomial polynomial(const std::vector<double>& time, const std::vector<double>& signal,
-                      const std::vector<std::size_t>& used, std::size_t at, int order, double span) {
+LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<double>& signal,
+                        const std::vector<std::size_t>& used, std::size_t at, int order, double sigma2) {
   const Eigen::Index n = static_cast<Eigen::Index>(used.size()), terms = order + 1;
   Eigen::MatrixXd basis(n, terms);
   Eigen::VectorXd y(n);
+  const double span = std::max(time[used.back()] - time[used.front()], 1e-300);
   for (Eigen::Index i = 0; i < n; ++i) {
     const std::size_t k = used[static_cast<std::size_t>(i)];
     for (Eigen::Index p = 0; p < terms; ++p) basis(i, p) = std::pow((time[k] - time[at]) / span, p);
     y(i) = signal[k];
   }
-  Polynomial out{(basis.transpose() * basis).inverse(), {}, 0.0};
-  out.x = out.inverse * (basis.transpose() * y);
-  out.squares = (y - basis * out.x).squaredNorm();
-  return out;
-}
-
-LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<double>& signal,
-                        const std::vector<std::size_t>& used, std::size_t at, int order, double sigma2) {
-  const double span = std::max(time[used.back()] - time[used.front()], 1e-300);
-  const Polynomial own = polynomial(time, signal, used, at, order, span);
-  const double freedom = static_cast<double>(used.size()) - order - 1.0;
-  const double residual = own.squares / freedom, variance = std::max(residual, sigma2);
-  LocalFit out{{own.x(0), order > 0 ? own.x(1) / span : 0.0, std::sqrt(own.inverse(0, 0) * variance), 0.0},
-               own.inverse(0, 0) * variance,
-               residual <= variance_slack(freedom) * sigma2,
+  const Eigen::MatrixXd inverse = (basis.transpose() * basis).inverse();
+  const Eigen::VectorXd x = inverse * (basis.transpose() * y);
+  const double residual = (y - basis * x).squaredNorm() / static_cast<double>(n - terms);
+  const double variance = std::max(residual, sigma2);
+  LocalFit out{{x(0), order > 0 ? x(1) / span : 0.0, std::sqrt(inverse(0, 0) * variance), 0.0},
+               inverse(0, 0) * variance,
+               residual <= kVarianceSlack * sigma2,
                used,
                order};
-  if (order > 0) out.state.slope_error = std::sqrt(own.inverse(1, 1) * variance) / span;
-  if (out.adequate && freedom > kFurtherOrders) {
-    const Polynomial further = polynomial(time, signal, used, at, order + kFurtherOrders, span);
-    out.adequate = own.squares - further.squares <= kFurtherGain * sigma2;
-  }
+  if (order > 0) out.state.slope_error = std::sqrt(inverse(1, 1) * variance) / span;
   return out;
 }
 
@@ -525,17 +500,15 @@ LocalState local_state(const std::vector<double>& time, const std::vector<double
     for (int order = 0; order <= kHighestOrder; ++order) {
       if (static_cast<int>(used.size()) < order + 3) continue;
       const LocalFit fit = fit_polynomial(time, signal, used, at, order, sigma2);
-      // Where none is adequate the signal is too lively for all but the highest order over the shortest time. Among
-      // adequate ones the smaller error of the value at `at` wins.
-      const bool shortest = best.used.empty() || used.size() == best.used.size();
-      const bool better = fit.adequate ? !best.adequate || fit.variance < best.variance : !best.adequate && shortest;
+      // Any adequate fit beats any other; among equals the smaller error of the value at `at` wins.
+      const bool better = fit.adequate != best.adequate ? fit.adequate : fit.variance < best.variance;
       if (better) best = fit;
     }
   }
   if (best.variance == HUGE_VAL && at < signal.size() && std::isfinite(signal[at])) best.state.value = signal[at];
   if (best.variance < HUGE_VAL && sigma2 > 0.0) {
-    const int order = std::min(best.order + kFurtherOrders, static_cast<int>(best.used.size()) - 2);
-    const LocalFit higher = fit_polynomial(time, signal, best.used, at, order, sigma2);
+    const LocalFit higher =
+        fit_polynomial(time, signal, best.used, at, std::min(best.order + 1, kHighestOrder), sigma2);
     best.state.value_error = higher.state.value_error;
     best.state.slope_error = higher.state.slope_error;
   } else {

@@ -434,8 +434,9 @@ void ScenarioParser::note_unused_pressures() {
     for (const auto& [joint, unused] : channels->second) {
       if (simulated && has_piston(joint)) continue;
       out_.notes.push_back(fmt::format(
-          "channels.{} of {}: read and checked, but not used: {}", to_string(kind), printable(joint, 60),
-          simulated ? "only a hydraulic actuator predicts a pressure" : "inverse dynamics predicts no pressure"));
+          "channels.{} of {}: read and checked, but not {}", to_string(kind), printable(joint, 60),
+          simulated ? "predicted, which only a hydraulic actuator does: a diagnosis holds its chain against it"
+                    : "used: inverse dynamics predicts no pressure"));
     }
   }
 }

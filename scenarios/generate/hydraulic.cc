@@ -208,7 +208,6 @@ void add_hydraulic(Files& files) {
   put_factors(yaml, "mass", 0.4, 2.5);
   yaml.end();
   put_measured(yaml, all_joints(), true);
-  yaml.key("prediction").short_map().put("horizon", 2.0).end().comment("s: what integrates its flow drifts");
   put_recordings(
       yaml, "",
       {{"train_1.csv", "train"}, {"train_2.csv", "train"}, {"validate_1.csv", "validate"}, {"test_1.csv", "test"}});

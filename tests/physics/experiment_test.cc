@@ -73,32 +73,6 @@ TEST(LocalState, AveragesNoiseWhereTheMotionIsSmooth) {
   EXPECT_LT(std::sqrt(slopes / draws), 2.0 * std::sqrt(12.0) * sigma / 1.6 / std::sqrt(161.0));
 }
 
-TEST(LocalState, KnowsItsErrorsWhereTheSignalRingsOrItsAccelerationJumps) {
-  // What no polynomial follows exactly must not bias a start by more than its errors say.
-  const double sigma = 1e-3;
-  const std::vector<double> time = clock(4.0, 0.01);
-  const std::vector<std::function<double(double)>> signals = {
-      [&](double t) { return 6.0 * sigma * std::sin(2.0 * std::numbers::pi * 8.0 * t); },
-      [&](double t) { return 40.0 * sigma * std::sin(2.0 * std::numbers::pi * 2.0 * t); },
-      [&](double t) { return t < 2.0 ? 0.0 : 0.5 * std::pow(t - 2.0, 2); }};
-  for (std::size_t which = 0; which < signals.size(); ++which) {
-    double values = 0.0, slopes = 0.0;
-    const int draws = 200;
-    for (int k = 0; k < draws; ++k) {
-      Noise random(static_cast<std::uint64_t>(k) + 1);
-      const std::size_t at = 195 + static_cast<std::size_t>(10.0 * random.uniform());
-      std::vector<double> q;
-      for (const double t : time) q.push_back(signals[which](t) + sigma * random());
-      const LocalState s = local_state(time, q, at, 0, time.size(), sigma);
-      const double t = time[at], h = 1e-6, slope = (signals[which](t + h) - signals[which](t - h)) / (2.0 * h);
-      values += std::pow((s.value - signals[which](t)) / s.value_error, 2);
-      slopes += std::pow((s.slope - slope) / s.slope_error, 2);
-    }
-    EXPECT_LT(std::sqrt(values / draws), 1.5) << "signal " << which;
-    EXPECT_LT(std::sqrt(slopes / draws), 1.5) << "signal " << which;
-  }
-}
-
 TEST(LocalState, DoesNotReachAcrossAKink) {
   // A block that stops dead: far more samples lie beyond the kink than the slope may be taken from.
   const std::vector<double> time = clock(2.0, 0.01);
