@@ -90,11 +90,18 @@ Scenario bare(const Scenario& scenario) {
   Scenario out = scenario;
   for (const ChannelKind kind : {ChannelKind::velocity, ChannelKind::effort, ChannelKind::motor_position})
     out.channels.of.erase(kind);
+  for (const Joint& joint : scenario.robot->joints())  // one pressure alone tells nothing
+    if (!has_pressures(scenario, joint.name))
+      for (const ChannelKind kind : {ChannelKind::pressure_a, ChannelKind::pressure_b})
+        if (has_column(scenario, kind, joint.name)) out.channels.of.at(kind).erase(joint.name);
   out.events.clear();
   out.prediction = FreeRun{};
   out.pressure_driven = false;
   return out;
 }
+
+/// Whether kLocateCutoff lies far enough below what the samples can show.
+bool can_filter(double rate) { return kLocateCutoff < 0.25 * rate; }
 
 /// A motion with the chambers' pressures beside it.
 struct Course {
@@ -281,13 +288,16 @@ class Speeds {
     const std::vector<double> levels = noise_levels(experiment_);
     const int c = position_channels(experiment_)[joint];
     const double rate = 1.0 / experiment_.sample_period;
+    if (!can_filter(rate)) return 0.0;
     return levels[static_cast<std::size_t>(c)] * rate * filter_gain(ZeroPhaseLowPass(kLocateCutoff, rate), 1).slope;
   }
 
  private:
   void add(const Segment& segment, std::size_t channel, const std::vector<double>& predicted, JointSamples& out) const {
     const std::vector<double>& seen = segment.measured[channel];
+    if (segment.count < kFewest) return;
     const double rate = static_cast<double>(segment.count - 1) / (segment.time(segment.count - 1) - segment.time(0));
+    if (!can_filter(rate)) return;
     const Thinning thinning(kLocateCutoff, rate);
     std::vector<double> error(seen), position(seen);
     for (std::size_t k = 0; k < seen.size(); ++k) error[k] -= predicted[k];
@@ -505,7 +515,8 @@ JointChain begun(const Scenario& scenario, const Joint& joint) {
 /// What is missing to a judgement of parts that were not.
 void say_why_not(JointChain& chain) {
   for (PartFit& part : chain.parts)
-    if (part.why_not.empty() && !(part.noise > 0.0)) part.why_not = too_few(part.part);
+    if (part.why_not.empty() && !(part.noise > 0.0))
+      part.why_not = part.samples < static_cast<double>(kFewest) ? too_few(part.part) : "its noise is not known";
 }
 
 constexpr const char* kCannotInvert =

@@ -26,7 +26,7 @@ const char* part_of(ChainPart part) {
 }
 
 bool judged(const PartFit& part) { return part.why_not.empty(); }
-std::string times(double rms, const PartFit& part) { return number(rms / part.noise, 3); }
+std::string times(double rms, const PartFit& part) { return number(rms / part.noise, 2); }
 
 /// "12.1 times the noise, 1.3 with what was found".
 std::string figures(const PartFit& part, bool two) {
@@ -70,8 +70,13 @@ std::string arrow(double x1, double y1, double x2, double y2) {
       x1, y1, x2, y2);
 }
 
+/// The arrows' head, once a page.
+constexpr char kArrowHead[] =
+    "<defs><marker id=\"chain-head\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" "
+    "orient=\"auto\"><path d=\"M0 0 8 4 0 8z\" fill=\"currentColor\" fill-opacity=\".55\"/></marker></defs>\n";
+
 /// The chain as a row of boxes between what is measured, the supply under its valve.
-Html drawing(const JointChain& chain, bool two) {
+Html drawing(const JointChain& chain, bool two, bool first) {
   static constexpr std::array<const char*, 4> kSignals{"command", "flow", "pressure", "motion"};
   static constexpr std::array<ChainPart, 3> kRow{ChainPart::command_to_flow, ChainPart::flow_to_pressure,
                                                  ChainPart::pressure_to_motion};
@@ -79,9 +84,9 @@ Html drawing(const JointChain& chain, bool two) {
   const double middle = kTop + 0.5 * kHigh;
   std::string out =
       "<svg class=\"chart\" viewBox=\"0 0 960 164\" role=\"img\"><title>" + escape("The chain of " + chain.joint) +
-      "</title><desc>Each part between two measured signals, with its mismatch in units of the noise.</desc>\n"
-      "<defs><marker id=\"chain-head\" viewBox=\"0 0 8 8\" refX=\"7\" refY=\"4\" markerWidth=\"7\" markerHeight=\"7\" "
-      "orient=\"auto\"><path d=\"M0 0 8 4 0 8z\" fill=\"currentColor\" fill-opacity=\".55\"/></marker></defs>\n";
+      "</title><desc>Each part between two measured signals, with its mismatch in units of the noise.</desc>\n";
+
+  if (first) out += kArrowHead;
   for (std::size_t k = 0; k < kSignals.size(); ++k) {
     const double x = kFirst + kPitch * static_cast<double>(k);
     out += label(x, middle + 5.0, kSignals[k], 0.9, 14);
@@ -113,7 +118,7 @@ std::string words_of(const JointChain& chain, bool two) {
   }
   std::string out =
       failing.empty() ? "No part fails beyond the noise." : "The plain model fails at: " + list_of(failing) + ".";
-  if (!holding.empty()) out += " It holds at: " + list_of(holding) + ".";
+  if (!holding.empty()) out += " It holds, in units of the noise, at: " + list_of(holding) + ".";
   if (!open.empty()) out += " Not judged: " + list_of(open) + ".";
   return out;
 }
@@ -146,7 +151,7 @@ Html chain_section(std::span<const JointChain> chains, bool two) {
   for (const JointChain& chain : chains) {
     out += element("h3", element("code", text(chain.joint)));
     out += paragraph(words_of(chain, two));
-    out += drawing(chain, two);
+    out += drawing(chain, two, &chain == chains.data());
   }
   return out + figures_table(chains, two) +
          paragraph(

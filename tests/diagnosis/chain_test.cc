@@ -158,6 +158,28 @@ TEST(Chain, OfAnActuatorWithoutAreasFitsThem) {
   }
 }
 
+TEST(Chain, NeedsBothPressuresOfAJointAndSamplesThatShowItsMotion) {
+  Scenario truth = model_of("hydraulic", rotary()), one = truth;
+  one.channels.of.at(ChannelKind::pressure_b).erase("elbow");
+  const auto found = chains(one, truth);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].joint, "shoulder");
+  EXPECT_EQ(found[0].parts[0].why_not, "");
+
+  Scenario slow = model_of("flow_source", {{"gain", 0.06}, {"damping", 20.0}, {"stiffness", 3000.0}});
+  auto data = std::make_shared<Recording>(*recorded(truth, "test.csv", 4));
+  for (auto& column : data->columns) {  // 5 Hz
+    for (std::size_t k = 0; 20 * k < column.size(); ++k) column[k] = column[20 * k];
+    column.resize(column.size() / 20);
+  }
+  add_recording(slow, data, Role::test);
+  const PlantModel plant(slow);
+  const CurrentModel current{plant, SearchSpace(plant, slow), {}, {}};
+  for (const JointChain& chain :
+       joint_chains(current, current, slow, make_experiment(slow), on("featherstone", 0.002), 1))
+    for (const PartFit& part : chain.parts) EXPECT_NE(part.why_not, "") << to_string(part.part);
+}
+
 TEST(Chain, IsNotJudgedWherePositionsArePredictedFromPressuresOrNotAtAll) {
   Scenario model = model_of("hydraulic", rotary());
   add_recording(model, recorded(model, "train.csv", 3));

@@ -1,5 +1,6 @@
 #include "reports/report.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "reports/sections.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
 #include "tests/reports/own_scripts.h"
@@ -238,6 +240,24 @@ TEST_F(WriteReport, FailureLeavesTheOldFile) {
   std::ofstream(file) << "old";
   EXPECT_THROW(write_file_atomically(file, "new"), WriteError);
   EXPECT_EQ(read(file), "old");
+}
+
+TEST(ChainSection, DrawsWhatFailsAndWhatCannotBeJudgedUnderAnyName) {
+  JointChain chain{"<b>&\"", true, {}};
+  for (std::size_t k = 0; k < chain.parts.size(); ++k) {
+    PartFit& part = chain.parts[k];
+    part = {kParts[k], "", "rad/s", 100.0, 1.0, 0.1, 0.1, 0.1, 0.1, 0.1, 1.0, 1.0};
+  }
+  chain.parts[0].before = 1.2, chain.parts[0].p_before = 1e-9;
+  chain.parts[1].why_not = "no <other> joint";
+  const std::string page = chain_section(std::vector{chain, chain}, true).markup;
+  EXPECT_THAT(page, testing::HasSubstr(
+                        "The plain model fails at: command to flow (12 times the noise, 1 with what was found)"));
+  EXPECT_THAT(page, testing::HasSubstr("Not judged: supply (no &lt;other&gt; joint)"));
+  EXPECT_THAT(page, testing::HasSubstr("&lt;b&gt;&amp;&quot;"));
+  EXPECT_THAT(page, testing::Not(testing::HasSubstr("<b>")));
+  EXPECT_EQ(page.find("<marker"), page.rfind("<marker")) << "one of each id in a page";
+  EXPECT_EQ(chain_section({}, true).markup, "");
 }
 
 }  // namespace
