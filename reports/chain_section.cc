@@ -143,6 +143,18 @@ Html figures_table(std::span<const JointChain> chains, bool two) {
   return table.empty() ? Html{} : table.html();
 }
 
+constexpr char kWhatIsCompared[] =
+    "Measured pressures cut the chain from command to motion, and each part is judged by what was measured before and "
+    "behind it, on the recordings that were not fitted, low-passed at {:.0f} Hz; numbers under a part are its mismatch "
+    "in units of the noise{}. Command to flow: what the valve's equation lets through, against what the piston's "
+    "motion and the oil's compression took, as the joint's speed, while no other joint is commanded; supply: the same "
+    "while others are. Flow to pressure: the same behind a closed valve, where only leaks and compression are left. "
+    "Pressure to motion: the piston's force against the effort that the motion needs. A joint whose actuator has no "
+    "areas is judged by its simulated speed, and the areas that turn its pressures into an effort are fitted to the "
+    "train recordings. A part fails where its mismatch has a chance under 1 in 1,000 from noise alone, corrected for "
+    "all parts, and is over 1.5 times the noise; a supply where it is that much over what the valve leaves by itself "
+    "at that speed.";
+
 }  // namespace
 
 Html chain_section(std::span<const JointChain> chains, bool two) {
@@ -153,23 +165,8 @@ Html chain_section(std::span<const JointChain> chains, bool two) {
     out += paragraph(words_of(chain, two));
     out += drawing(chain, two, &chain == chains.data());
   }
-  return out + figures_table(chains, two) +
-         paragraph(
-             fmt::format(
-                 "Measured pressures cut the chain from command to motion, and each part is judged by what was "
-                 "measured before and behind it, on the recordings that were not fitted, low-passed at {:.0f} Hz; "
-                 "numbers under a part are its mismatch in units of the noise{}. Command to flow: what the valve's "
-                 "equation lets through, against what the piston's motion and the oil's compression took, as the "
-                 "joint's speed, while no other joint is commanded; supply: the same while others are. Flow to "
-                 "pressure: the same behind a closed valve, where only leaks and compression are left. Pressure to "
-                 "motion: the piston's force against the effort that the motion needs. A joint whose actuator has "
-                 "no areas is judged by its simulated speed, and the areas that turn its pressures into an effort "
-                 "are fitted to the train recordings. A part fails where its mismatch has a chance under 1 in "
-                 "1,000 from noise alone, corrected for all parts, and is over 1.5 times the noise; a supply where it "
-                 "is "
-                 "that much over what the valve leaves by itself at that speed.",
-                 kLocateCutoff, two ? ", of the plain model and of the diagnosed one" : ""),
-             "muted small");
+  const char* both = two ? ", of the plain model and of the diagnosed one" : "";
+  return out + figures_table(chains, two) + paragraph(fmt::format(kWhatIsCompared, kLocateCutoff, both), "muted small");
 }
 
 }  // namespace lacuna

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <functional>
 
 #include "ga/problem.h"
 #include "tests/ga/plant_problems.h"
@@ -50,17 +52,18 @@ TEST(StartWhitening, IsTheInverseRootOfTheCovariance) {
   EXPECT_THROW(StartWhitening(effects, Eigen::VectorXd::Ones(rows - 1)), std::invalid_argument);
 }
 
-TEST(StartEffects, LeaveAtTheTruthWhatNoiseAloneLeaves) {
-  // Chi-square over recordings: the starts taken as exact, their errors show; whitened, as many units as samples.
+/// Chi-square at the truth over recordings: with starts and pressures taken as exact, and whitened by their errors,
+/// which must leave as many units as there are samples.
+struct ChiSquare {
   double exact = 0.0, whitened = 0.0, samples = 0.0;
-  constexpr int kRecordings = 40;
-  for (int k = 0; k < kRecordings; ++k) {
-    const Scenario scenario = moving(kNoise, static_cast<std::uint64_t>(k) + 1);
+
+  void add(const Scenario& scenario, Experiment experiment) {
     const PlantModel model(scenario);
-    Experiment experiment = make_experiment(scenario);
     const SimulatorOptions options = on("featherstone", 0.005);
     ASSERT_TRUE(attach_start_effects(experiment, model, options, model.values()));
-    Problem problem(model, experiment, SearchSpace(model, scenario), options, {kNoise});
+    std::vector<double> noise;
+    for (const Channel& channel : experiment.channels) noise.push_back(channel.noise);
+    Problem problem(model, experiment, SearchSpace(model, scenario), options, noise);
     const std::vector<std::vector<double>> one{model.values()};
     const int segment[] = {0};
     exact += problem.plain_residuals_of(one, segment).front().squaredNorm();
@@ -68,50 +71,78 @@ TEST(StartEffects, LeaveAtTheTruthWhatNoiseAloneLeaves) {
     whitened += r.squaredNorm();
     samples += static_cast<double>(r.size());
   }
-  const double error = std::sqrt(2.0 * samples);  // of a chi-square
-  EXPECT_GT(exact, samples + 6.0 * error) << "nothing was tested";
-  EXPECT_LT(whitened, samples + 3.0 * error);
+  double error() const { return std::sqrt(2.0 * samples); }
+};
+constexpr int kRecordings = 40;
+
+TEST(StartEffects, LeaveAtTheTruthWhatNoiseAloneLeaves) {
+  ChiSquare sum;
+  for (int k = 0; k < kRecordings; ++k) {
+    const Scenario scenario = moving(kNoise, static_cast<std::uint64_t>(k) + 1);
+    sum.add(scenario, make_experiment(scenario));
+  }
+  EXPECT_GT(sum.exact, sum.samples + 6.0 * sum.error()) << "nothing was tested";
+  EXPECT_LT(sum.whitened, sum.samples + 3.0 * sum.error());
   // The start is estimated from the recording's own first readings: up to its two coordinates' units may be missing.
-  EXPECT_GT(whitened, samples - 2.0 * kRecordings - 3.0 * error);
+  EXPECT_GT(sum.whitened, sum.samples - 2.0 * kRecordings - 3.0 * sum.error());
+}
+
+/// The experiment with its start known.
+Experiment exactly_started(const Scenario& scenario) {
+  Experiment out = started_experiment(scenario, {{0.0}, {0.0}});
+  for (Segment& segment : out.segments) segment.q0_error = segment.v0_error = {0.0};
+  return out;
+}
+
+/// One joint's positions, which follow `course`, and pressures about `head` and `rod`, all read with noise.
+Scenario read_with_noise(std::shared_ptr<const Robot> robot, std::uint64_t seed, double position_noise,
+                         double pressure_noise, double head, double rod, const std::function<double(double)>& course) {
+  using namespace test::hydraulic;
+  Noise noise(seed);
+  Scenario out = pressed(
+      std::move(robot), symmetric(), [&](double) { return head + pressure_noise * noise(); },
+      [&](double) { return rod + pressure_noise * noise(); });
+  out.channels.of.erase(ChannelKind::velocity), out.channels.of.erase(ChannelKind::effort);
+  const std::string& joint = out.robot->joints()[0].name;
+  auto data = std::make_shared<Recording>(*out.recordings[0].data);
+  const std::vector<double> t = data->columns[static_cast<std::size_t>(data->find("t"))];
+  auto& q = data->columns[static_cast<std::size_t>(data->find("q_" + joint))];
+  for (std::size_t k = 0; k < t.size(); ++k) q[k] = course(t[k]) + position_noise * noise();
+  std::ranges::fill(data->columns[static_cast<std::size_t>(data->find("u_" + joint))], 0.0);
+  out.recordings[0].data = data;
+  out.noise[ChannelKind::position][joint] = position_noise;
+  out.noise[ChannelKind::pressure_a][joint] = out.noise[ChannelKind::pressure_b][joint] = pressure_noise;
+  return out;
 }
 
 TEST(StartEffects, CarryThePressuresNoiseThatDrivesAJoint) {
-  // A block under constant pressures that are read with noise, its start known.
+  // A block under constant pressures, whose commands say nothing.
   using namespace test::hydraulic;
-  constexpr double kPressureNoise = 50.0, kPositionNoise = 2e-4;  // Pa, m
   const double a = 10 * kBar * kArea / kBlockMass;
-  double exact = 0.0, whitened = 0.0, samples = 0.0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    Noise noise(seed);
-    Scenario scenario = pressed(
-        block_robot(), symmetric(), [&](double) { return 20 * kBar + kPressureNoise * noise(); },
-        [&](double) { return 10 * kBar + kPressureNoise * noise(); });
-    scenario.channels.of.erase(ChannelKind::velocity), scenario.channels.of.erase(ChannelKind::effort);
-    auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-    auto& q = data->columns[static_cast<std::size_t>(data->find("q_slide"))];
-    const auto& t = data->columns[static_cast<std::size_t>(data->find("t"))];
-    for (std::size_t k = 0; k < t.size(); ++k) q[k] = 0.5 * a * t[k] * t[k] + kPositionNoise * noise();
-    scenario.recordings[0].data = data;
-    scenario.noise[ChannelKind::position]["slide"] = kPositionNoise;
-    scenario.noise[ChannelKind::pressure_a]["slide"] = scenario.noise[ChannelKind::pressure_b]["slide"] =
-        kPressureNoise;
-    const PlantModel model(scenario);
-    Experiment experiment = started_experiment(scenario, {{0.0}, {0.0}});
-    for (Segment& segment : experiment.segments) segment.q0_error = segment.v0_error = {0.0};
-    const SimulatorOptions options = on("featherstone", 0.005);
-    ASSERT_TRUE(attach_start_effects(experiment, model, options, model.values()));
-    Problem problem(model, experiment, SearchSpace(model, scenario), options, {kPositionNoise});
-    const std::vector<std::vector<double>> one{model.values()};
-    const int segment[] = {0};
-    exact += problem.plain_residuals_of(one, segment).front().squaredNorm();
-    const Eigen::VectorXd r = problem.residuals_of(one, segment).front();
-    whitened += r.squaredNorm();
-    samples += static_cast<double>(r.size());
+  ChiSquare sum;
+  for (std::uint64_t seed = 1; seed <= kRecordings; ++seed) {
+    const Scenario scenario = read_with_noise(block_robot(), seed, 2e-4, 50.0, 20 * kBar, 10 * kBar,
+                                              [&](double t) { return 0.5 * a * t * t; });
+    sum.add(scenario, exactly_started(scenario));
   }
-  const double error = std::sqrt(2.0 * samples);  // of a chi-square
-  EXPECT_GT(exact, 4.0 * samples) << "nothing was tested";
-  EXPECT_LT(whitened, samples + 3.0 * error);
-  EXPECT_GT(whitened, samples - 3.0 * error);
+  EXPECT_GT(sum.exact, 4.0 * sum.samples) << "nothing was tested";
+  EXPECT_LT(sum.whitened, sum.samples + 3.0 * sum.error());
+  EXPECT_GT(sum.whitened, sum.samples - 3.0 * sum.error());
+}
+
+TEST(StartEffects, CarryTheNoiseOfThePressuresAtTheStart) {
+  // A rotor at rest behind a closed valve: its pressures are predicted from one noisy sample each.
+  using namespace test::hydraulic;
+  ChiSquare sum;
+  for (std::uint64_t seed = 1; seed <= kRecordings; ++seed) {
+    Scenario scenario = read_with_noise(rotor(), seed, 3e-4, 1e4, 60 * kBar, 60 * kBar, [](double) { return 0.0; });
+    scenario.pressure_driven = false;
+    sum.add(scenario, exactly_started(scenario));
+  }
+  EXPECT_GT(sum.exact, sum.samples + 6.0 * sum.error()) << "nothing was tested";
+  EXPECT_LT(sum.whitened, sum.samples + 3.0 * sum.error());
+  // The first sample of either pressure is the start itself, and leaves nothing.
+  EXPECT_GT(sum.whitened, sum.samples - 2.0 * kRecordings - 3.0 * sum.error());
 }
 
 TEST(Problem, RowsInOtherWeightsAreThoseOfAProblemThatHasThem) {
