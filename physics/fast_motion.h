@@ -88,6 +88,7 @@ class FastMotion {
   static constexpr int kTerms = 8;            ///< of the exponential's series
   static constexpr double kPiece = 1.6;       ///< rad in a piece: 1.6^9 / 9! = 2e-4 of the fast motion is left out
   static constexpr double kMostPieces = 256;  ///< of a step: what is faster yet diverges
+  static constexpr double kHopeless = 1e6;    ///< what has diverged, or is not a number, gets one piece: it is lost
 
   static void begin(State& d) { std::fill(d.begin(), d.end(), T(0.0)); }
   const State& moved(const State& x, const State& d) {
@@ -116,7 +117,8 @@ class FastMotion {
 
   /// d after `time` (s) of d' = L d + g0 + g1 t + g2 t^2.
   void carry(State& d, const State& g0, const State& g1, const State& g2, const T& time) {
-    const T pieces = min(floor(time * fastest_ * T(1.0 / kPiece)) + T(1.0), T(kMostPieces));
+    const T wanted = floor(time * fastest_ * T(1.0 / kPiece)) + T(1.0);
+    const T pieces = select(wanted < T(kHopeless), min(wanted, T(kMostPieces)), T(1.0));
     const T piece = time / pieces;
     for (T done(0.0); any(done < pieces); done = done + T(1.0)) {
       // Lanes that need fewer pieces than others stand still, to the bit.

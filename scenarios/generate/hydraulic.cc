@@ -45,9 +45,9 @@ const std::vector<Drive>& drives() {
   static const std::vector<Drive> all{
       with(rotary(5e-9, 5e-14, 40e-6, 25e-6, 2.2), 220, 0),
       with(on_lever(cylinder(5.7e-9, 5e-14, 0.040, 0.020, 28e-6, 0.134, 0.52), 0.30, 0.078, 1.0472), 231.8, 0.4),
-      with(on_lever(cylinder(4.3e-9, 5e-14, 0.032, 0.016, 25e-6, 0.105, -0.83), 0.24, 0.060, 2.3562), 70, -0.8),
-      with(rotary(4.2e-9, 1e-14, 20e-6, 20e-6, 5.0), 12, 0.3),
-      with(on_lever(cylinder(3e-9, 1e-14, 0.025, 0.012, 22e-6, 0.068, 0), 0.15, 0.040, 1.4835), 8, 0.2),
+      with(on_lever(cylinder(2.2e-9, 5e-14, 0.032, 0.016, 25e-6, 0.105, -0.83), 0.24, 0.060, 2.3562), 70, -0.8),
+      with(rotary(4.2e-9, 1e-14, 20e-6, 20e-6, 5.0), 6, 0),
+      with(on_lever(cylinder(1.2e-9, 1e-14, 0.025, 0.012, 22e-6, 0.068, 0), 0.15, 0.040, 1.4835), 8, 0),
       with(rotary(2e-9, 1e-14, 8e-6, 20e-6, 20), 2, 0),
       with(cylinder(3e-10, 1e-15, 0.011, 0.006, 5e-6, 0.1, 0.05), 100, 0.05)};  // throttled
   return all;

@@ -242,6 +242,18 @@ class Machine {
   std::vector<double> start_;           // rad (m), posture of a hydraulic machine
 };
 
+/// A cylinder has two ends, and nothing here stops it there.
+void check_travel(const Scenario& truth, const Course& course) {
+  for (std::size_t j = 0; j < course.position.size(); ++j) {
+    if (course.pressure_a[j].empty()) continue;
+    const Joint& joint = truth.robot->joints()[j];
+    const auto [least, most] = std::ranges::minmax_element(course.position[j]);
+    if (*least < joint.lower || *most > joint.upper)
+      throw WorkError(joint.name + " leaves its travel: from " + std::to_string(*least) + " to " +
+                      std::to_string(*most));
+  }
+}
+
 }  // namespace
 
 Course true_course(const Scenario& truth, const Recording& commands) {
@@ -261,6 +273,7 @@ Course true_course(const Scenario& truth, const Recording& commands) {
     }
     machine.advance(x, time[i], time[i + 1]);  // anew: the command jumped
   }
+  check_travel(truth, out);
   return out;
 }
 

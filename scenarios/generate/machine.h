@@ -22,7 +22,7 @@ struct Course {
 /// What all joints do at the instants of `commands`, which are held in between. Starts at rest: where the springs carry
 /// the weight under zero command, or, where every joint that moves is hydraulic, in the posture of `motion.position`
 /// with the pressures that a closed valve has come to. Throws InputError for actuators, effects or a posture that it
-/// does not know, WorkError where no rest is found.
+/// does not know, WorkError where no rest is found or a hydraulic joint leaves its travel.
 Course true_course(const Scenario& truth, const Recording& commands);
 
 }  // namespace lacuna::generate
