@@ -151,20 +151,21 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     }
   }
   const std::vector<Channel> channels = experiment.channels;
-  for (const ExcessNoise& excess : excess_over_noise(r1, blocks, noise)) {
-    const Channel& channel = channels[static_cast<std::size_t>(excess.channel)];
-    out.unexplained.where.push_back(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
-  }
+  const auto say = [&](int channel) -> const std::string& {
+    const int j = channels[static_cast<std::size_t>(channel)].joint;
+    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(j)];
+    std::vector<std::string>& where = out.unexplained.where;
+    if (std::ranges::find(where, joint) == where.end()) where.push_back(joint);  // of several channels once
+    return joint;
+  };
+  for (const ExcessNoise& excess : excess_over_noise(r1, blocks, noise)) say(excess.channel);
   if (!out.unexplained.where.empty()) {
     std::vector<int> joints;
     for (const Channel& channel : channels) joints.push_back(channel.joint);
     out.unexplained.times = misfits(r1, blocks, noise, joints, experiment);
   }
   for (const int c : coloured_beyond_noise(r1, blocks, noise, out.unexplained.where, experiment)) {
-    const std::string& joint =
-        experiment.joint_names[static_cast<std::size_t>(channels[static_cast<std::size_t>(c)].joint)];
-    out.unexplained.where.push_back(joint);
-    out.unexplained.regions.push_back(joint + ": the rest is not white; its noise level is unknown");
+    out.unexplained.regions.push_back(say(c) + ": the rest is not white; its noise level is unknown");
   }
   const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
   out.unexplained.share = rest / energy;

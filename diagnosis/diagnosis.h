@@ -194,11 +194,12 @@ struct Diagnosis {
   std::vector<EffectSpec> added;  ///< effects of the diagnosed model that the scenario's has not, in its order
   Unexplained unexplained;        ///< by the findings; the laws learned from it do not count
   std::vector<LearnedLaw> learned;
-  std::vector<LearnedEvent> events;    ///< in the order of the recordings and of time
-  std::vector<MissingEffort> missing;  ///< where the plain model fails; empty where that cannot be said
-  JointRms noise;                      ///< an entry a channel; NaN where it is unknown
-  FitResult before, after;             ///< `after` equals `before` where nothing was found
-  std::vector<std::string> worse;      ///< joints whose test rms the findings raised
+  std::vector<LearnedEvent> events;               ///< in the order of the recordings and of time
+  std::vector<MissingEffort> missing;             ///< where the plain model fails; empty where that cannot be said
+  JointRms noise;                                 ///< an entry a channel; NaN where it is unknown
+  FitResult before, after;                        ///< `after` equals `before` where nothing was found
+  std::vector<std::string> worse;                 ///< joints whose test rms the findings raised
+  std::vector<std::string> worse_besides_starts;  ///< those of them that the errors of the starts do not excuse
   /// The found model fitted once more to every recording, test included, after all else was settled: for comparison
   /// with references that used the whole record. No other figure here depends on it.
   std::vector<Estimate> all_recordings;

@@ -21,6 +21,7 @@ constexpr double kParity = 0.9;       ///< share of the curve from which it is c
 constexpr double kFewestKnots = 4.0;  ///< a period must have, to be one
 constexpr double kFewestPeriods = 2.0;
 constexpr double kVague = 0.25;       ///< of its height: a band so wide asks for another recording
+constexpr double kOffMiddle = 0.25;   ///< of its height: by so much its middle is off 0 where that is said
 constexpr double kRoundings = 1e-20;  ///< of what there is: nothing varies
 constexpr int kShapes = 360;          ///< values of a law's own shape that are tried
 
@@ -245,6 +246,15 @@ Eigen::MatrixXd table_of(const LearnedLaw& law) {
   return out;
 }
 
+/// "4.2 N to either side of its middle", and where that lies: a constant part may be an offset of its own.
+std::string size_words(const LearnedLaw& law) {
+  const auto [low, high] = std::ranges::minmax(law.curve, {}, &LearnedLaw::Point::value);
+  const double middle = 0.5 * (low.value + high.value);
+  std::string out = fmt::format("{:.3g} {} to either side of its middle", law.height, law.unit);
+  if (std::fabs(middle) > kOffMiddle * law.height) out += fmt::format(" at {:.3g} {}", middle, law.unit);
+  return out;
+}
+
 /// Of a law whose two branches are the two ways in which the joint moves: what turns with the way is friction, the
 /// rest a curve over the position.
 void describe_branches(LearnedLaw& law) {
@@ -255,10 +265,9 @@ void describe_branches(LearnedLaw& law) {
   law.share = turns + stays > 0.0 ? turns / (turns + stays) : 0.0;
   law.resembles = "friction that depends on the position";
   const char* loop = law.share > 1.0 - kParity ? "a loop, so dry friction or a memory" : "all but alike either way";
-  law.description =
-      fmt::format("{}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of it), from {:.3g} to {:.3g} {}",
-                  subject(law), law.height, law.unit, loop, law.share > kAlike ? "like" : "no textbook law, nearest is",
-                  law.resembles, 100.0 * law.share, friction.minCoeff(), friction.maxCoeff(), law.unit);
+  law.description = fmt::format("{}: {}, {}; {} {} ({:.0f} % of it), from {:.3g} to {:.3g} {}", subject(law),
+                                size_words(law), loop, law.share > kAlike ? "like" : "no textbook law, nearest is",
+                                law.resembles, 100.0 * law.share, friction.minCoeff(), friction.maxCoeff(), law.unit);
 }
 
 /// Of a map: whether it is one law of either variable side by side, or one times the other.
@@ -274,18 +283,17 @@ void describe_map(LearnedLaw& law) {
   const double sum = all > 0.0 ? 1.0 - apart / all : 0.0;
   law.share = std::max(sum, product);
   law.resembles = product > sum + kSimpler ? "the product of a law of either" : "two laws side by side, one of either";
-  law.description = fmt::format("{}: {:.3g} {} to either side of its middle; {} {} ({:.0f} % of it)", subject(law),
-                                law.height, law.unit, law.share > kAlike ? "like" : "no textbook law, nearest is",
-                                law.resembles, 100.0 * law.share);
+  law.description =
+      fmt::format("{}: {}; {} {} ({:.0f} % of it)", subject(law), size_words(law),
+                  law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles, 100.0 * law.share);
 }
 
 void describe_one(LearnedLaw& law) {
   const Match match = nearest(points_of(law), kind_of(law));
   law.resembles = match.law->name, law.share = std::clamp(match.share, 0.0, 1.0);
   law.description =
-      fmt::format("{}: {:.3g} {} to either side of its middle, {}; {} {} ({:.0f} % of the curve)", subject(law),
-                  law.height, law.unit, shape_words(law), law.share > kAlike ? "like" : "no textbook law, nearest is",
-                  law.resembles, 100.0 * law.share);
+      fmt::format("{}: {}, {}; {} {} ({:.0f} % of the curve)", subject(law), size_words(law), shape_words(law),
+                  law.share > kAlike ? "like" : "no textbook law, nearest is", law.resembles, 100.0 * law.share);
 }
 
 /// Where least is known of the law, beside its height.

@@ -53,6 +53,16 @@ std::vector<Whiteness> whiteness(const CurrentModel& before, const CurrentModel&
   return out;
 }
 
+/// Joints whose test residual grew although the errors of the starts are taken off both.
+std::vector<std::string> grown_besides_starts(const CurrentModel& before, const CurrentModel& after,
+                                              const Experiment& experiment, const SimulatorOptions& options) {
+  const std::vector<int> test = experiment.with_role(Role::test);
+  Problem a(before.model, experiment, before.space, options, before.weights);
+  Problem b(after.model, experiment, after.space, options, before.weights);
+  return joints_that_grew(rms_by_channel(a, a.residual(before.fit.point, test), test),
+                          rms_by_channel(b, b.residual(after.fit.point, test), test), experiment.joint_names);
+}
+
 const JointRms& test_rms(const FitResult& fit) {
   static const JointRms kNone;
   for (const auto& [role, rms] : fit.rms) {
@@ -85,6 +95,9 @@ void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& afte
   if (!out.predictions.empty()) out.traces = out.predictions.front();
   out.whiteness = whiteness(before, after, experiment, options);
   out.worse = joints_that_grew(test_rms(out.before), test_rms(out.after), experiment.joint_names);
+  if (!out.worse.empty())
+    for (const std::string& joint : grown_besides_starts(before, after, experiment, options))
+      if (std::ranges::find(out.worse, joint) != out.worse.end()) out.worse_besides_starts.push_back(joint);
   if (experiment.with_role(Role::test).empty()) return;
   double own = 0.0;
   std::vector<std::string> names{options.engine};

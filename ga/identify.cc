@@ -242,10 +242,13 @@ std::string rms_entry(const Channel& channel, const Experiment& experiment) {
 
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role) {
   const std::vector<int> segments = problem.experiment().with_role(role);
-  JointRms out;
-  if (segments.empty()) return out;
+  if (segments.empty()) return {};
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
-  const Eigen::VectorXd r = problem.plain_residuals_of(one, segments).front();
+  return rms_by_channel(problem, problem.plain_residuals_of(one, segments).front(), segments);
+}
+
+JointRms rms_by_channel(const Problem& problem, const Eigen::VectorXd& r, std::span<const int> segments) {
+  JointRms out;
   const std::vector<Channel>& channels = problem.experiment().channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     double sum = 0.0;

@@ -79,5 +79,7 @@ std::string rms_entry(const Channel& channel, const Experiment& experiment);
 
 /// rms of the residual per joint over the segments of one role.
 JointRms residual_rms(Problem& problem, std::span<const double> values, Role role);
+/// The same of a residual over those segments, as the problem weights it.
+JointRms rms_by_channel(const Problem& problem, const Eigen::VectorXd& residual, std::span<const int> segments);
 
 }  // namespace lacuna

@@ -384,6 +384,7 @@ std::string to_json(const Diagnosis& diagnosis, const Context& context) {
       {"learned", learned},
       {"unexplained", unexplained_of(diagnosis.unexplained)},
       {"worse", diagnosis.worse},
+      {"worse_besides_starts", diagnosis.worse_besides_starts},
       {"idim", idim_of(diagnosis.idim)},
       {"speed_against_command", valves_of(diagnosis)},
       {"chain", chain_of(diagnosis)},

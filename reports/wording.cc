@@ -187,6 +187,20 @@ std::string event_sentence(const Scenario& scenario, const Diagnosis& d) {
   return out;
 }
 
+/// Joints that the findings did no good on the test recordings.
+std::string worse_sentence(const Diagnosis& diagnosis) {
+  const std::vector<std::string>& really = diagnosis.worse_besides_starts;
+  std::vector<std::string> excused;
+  std::ranges::copy_if(diagnosis.worse, std::back_inserter(excused),
+                       [&](const std::string& joint) { return std::ranges::find(really, joint) == really.end(); });
+  std::string out;
+  if (!really.empty()) out += " At " + list_of(really) + " the test residual grew.";
+  if (!excused.empty())
+    out += " At " + list_of(excused) +
+           " the test residual grew, but by no more than the measured start's errors can do to a simulated motion.";
+  return out;
+}
+
 }  // namespace
 
 std::string number(double value, int digits) {
@@ -221,6 +235,8 @@ std::string interval(const Estimate& estimate) {
 
 std::string with_interval(const Estimate& estimate) {
   if (estimate.spans_range) return kNotDetermined;
+  // The best may lie beyond the end: an interval about it says nothing.
+  if (estimate.at_bound) return quantity(estimate.value, estimate.unit) + " (at the end of the range searched)";
   return with_unit(value_of(estimate), estimate.unit) + " (" + interval(estimate) + ")";
 }
 
@@ -387,8 +403,7 @@ std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosi
                     : diagnosis.verdict == Verdict::unknown_physics ? unknown_sentence(diagnosis)
                                                                     : found_sentence(scenario, diagnosis);
   out += learned_sentence(scenario, diagnosis) + event_sentence(scenario, diagnosis);
-  if (!diagnosis.worse.empty()) out += " At " + list_of(diagnosis.worse) + " the test residual grew.";
-  return out;
+  return out + worse_sentence(diagnosis);
 }
 
 }  // namespace lacuna

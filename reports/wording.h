@@ -14,7 +14,8 @@ std::string number(double value, int digits = 4);
 std::string steady(double value, int digits = 3);
 /// With its unit: "24.7 N m".
 std::string quantity(double value, const std::string& unit, int digits = 4);
-/// As many digits as the 95 % interval supports: "24.7 N m (23.9 to 25.5)"; open ends are said in words.
+/// As many digits as the 95 % interval supports: "24.7 N m (23.9 to 25.5)"; open ends are said in words, and so
+/// is a value at the end of what was searched, which has no interval.
 std::string with_interval(const Estimate& estimate);
 /// "Fc = 24.7 N m (23.9 to 25.5)", "Fc: not determined".
 std::string named_value(const Estimate& estimate);

@@ -189,10 +189,11 @@ TEST(DiagnosisJson, NumbersThatAreNotFiniteBecomeNull) {
 
 TEST(DiagnosisJson, ListsJointsThatGotWorseAndNamesThoseOfUnknownNoise) {
   Diagnosis d = sample::diagnosis();
-  d.worse = {"joint_1"};
+  d.worse = {"joint_1", "joint_2"}, d.worse_besides_starts = {"joint_2"};
   d.noise = {{"joint_1", sample::kNan}, {"joint_2", 3e-4}};
   const Json out = Json::parse(to_json(d, sample::context()));
-  EXPECT_EQ(out["worse"], Json({"joint_1"}));
+  EXPECT_EQ(out["worse"], Json({"joint_1", "joint_2"}));
+  EXPECT_EQ(out["worse_besides_starts"], Json({"joint_2"}));
   ASSERT_TRUE(out["fit"]["noise"].contains("joint_1"));
   EXPECT_TRUE(out["fit"]["noise"]["joint_1"].is_null());
 }

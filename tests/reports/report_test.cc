@@ -101,9 +101,11 @@ TEST(DiagnosisPage, ANumberThatTheRecordingsDoNotDetermineIsNotPrinted) {
 
 TEST(DiagnosisPage, HeadlineNamesTheJointsThatGotWorse) {
   Diagnosis d = sample::diagnosis();
-  d.worse = {"joint_1"};
+  d.worse = {"joint_1", "joint_2"}, d.worse_besides_starts = {"joint_1"};
   const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
-  EXPECT_NE(page.find("1.01 times the noise. At joint_1 the test residual grew."), std::string::npos);
+  EXPECT_NE(page.find("1.01 times the noise. At joint_1 the test residual grew. At joint_2 the test residual grew, but "
+                      "by no more than the measured start"),
+            std::string::npos);
 }
 
 TEST(DiagnosisPage, CountsMissingEffortInTheCommandsUnit) {

@@ -41,6 +41,9 @@ TEST(WithInterval, OpenEndsAreSaidInWords) {
   Estimate open = estimate(100.0, -1313.0, 1513.0);
   open.spans_range = true;
   EXPECT_EQ(with_interval(open), "not determined");
+  Estimate stiffest = estimate(665981.49, 664021.5, 667941.4, "N/m");
+  stiffest.at_bound = true;
+  EXPECT_EQ(with_interval(stiffest), "665981 N/m (at the end of the range searched)");
 }
 
 TEST(WithError, RoundsToTheError) {
