@@ -57,6 +57,7 @@ std::vector<FitResult> fit_all(Session& session, const IdentifyFlags& flags, con
   ProgressLine progress("preparing");
   for (const std::string& engine : engines) {
     IdentifyOptions options = flags.understood(session, engine);
+    options.start_errors = true;
     options.control.checkpoint = checkpoint_of(folder, engine, engines.size() == 1);
     session.checkpoints.push_back(options.control.checkpoint);
     std::vector<std::string> words = flags.words();

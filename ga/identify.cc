@@ -9,6 +9,7 @@
 #include "ga/arrival.h"
 #include "ga/pagmo_optimizers.h"
 #include "ga/sandwich.h"
+#include "ga/start_effects.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -312,6 +313,14 @@ void look_elsewhere(Problem& problem, std::span<const int> train, const Identify
   fit.evaluations += found.evaluations;
 }
 
+/// Where a model leaves more than the noise, the starts' errors are that much smaller beside what it leaves.
+void hold_against_rest(Experiment& experiment, const LeastSquaresResult& fit) {
+  const double over_noise = std::sqrt(fit.sum_of_squares / static_cast<double>(fit.residual.size()));
+  for (Segment& segment : experiment.segments)
+    if (segment.start_effects && over_noise > 1.0)
+      segment.start_effects = std::make_shared<StartEffects>(StartEffects{segment.start_effects->columns / over_noise});
+}
+
 }  // namespace
 
 FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
@@ -358,6 +367,16 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
     simulator.max_step = needed.step;
     problem.emplace(model, experiment, space, simulator, weights);
     start = fit.point;
+  }
+  Experiment with_errors = experiment;
+  if (options.start_errors && refine && space.size() > 0 &&
+      attach_start_effects(with_errors, model, simulator, fit.values)) {
+    hold_against_rest(with_errors, fit.solution);
+    problem.emplace(model, with_errors, space, simulator, weights);
+    fit.solution = solve_least_squares(*problem, fit.point, train, finish);
+    fit.point = fit.solution.point;
+    fit.evaluations += fit.solution.evaluations;
+    fit.values = space.expand(fit.point);
   }
   describe_fit(model, space, *problem, train, fit);
   for (const Role role : {Role::train, Role::validate, Role::test}) {

@@ -23,6 +23,9 @@ struct IdentifyOptions {
   std::optional<double> step;  ///< s
   /// Least squares stops where a step gains less than this share of the cost: the caller follows the best of several.
   std::optional<double> tolerance;
+  /// Least squares once more from its end with what the errors of the measured starts can do to the predictions taken
+  /// off (start_effects.h): parameters do not take that up, and their intervals hold it.
+  bool start_errors = false;
   RunControl control;
 };
 

@@ -11,7 +11,6 @@
 #include "diagnosis/exchange.h"
 #include "diagnosis/prune.h"
 #include "diagnosis/rounds.h"
-#include "diagnosis/verify.h"
 #include "tests/diagnosis/interrupted.h"
 #include "tests/diagnosis/noise.h"
 #include "tests/ga/plant_problems.h"
@@ -383,14 +382,6 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
   const std::vector<double> values = wrong.both->space.expand(wrong.both->fit.point);
   EXPECT_NEAR(values[values.size() - 2], 0.2, 0.02) << "the asymmetry";
   EXPECT_TRUE(look(wrong).empty()) << "now all is right";
-}
-
-TEST(Verify, NamesEachJointWhoseResidualGrewByMoreThanNoiseDoes) {
-  const JointRms before{{"a", 1.0}, {"a.velocity", 1.0}, {"b", 1.0}, {"c", 1.0}, {"a2", 1.0}};
-  const JointRms after{{"a", 0.5}, {"a.velocity", 1.1}, {"b", 1.015}, {"c", 1.03}, {"a2", std::nan("")}};
-  EXPECT_EQ(joints_that_grew(before, after, {"a", "b", "c", "a2"}), (std::vector<std::string>{"a", "c"}));
-  EXPECT_TRUE(joints_that_grew(before, before, {"a", "b", "c"}).empty());
-  EXPECT_TRUE(joints_that_grew({}, after, {"a"}).empty());
 }
 
 TEST(Diagnosis, NamesEveryJointUnderNoiseEvenWhereItIsUnknown) {

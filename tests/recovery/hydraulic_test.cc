@@ -36,6 +36,7 @@ FitResult least_squares_fit(const Scenario& scenario) {
   options.optimizer = Optimizer::lsq;
   options.simulator.threads = 2;
   options.step = 0.01;
+  options.start_errors = true;
   return identify(model, make_experiment(scenario), SearchSpace(model, scenario), options);
 }
 double rms_in(const FitResult& fit, Role role, const std::string& channel) {
