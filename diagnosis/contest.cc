@@ -6,6 +6,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/decide.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/judge.h"
 #include "diagnosis/without.h"
 
 namespace lacuna {
@@ -37,6 +38,11 @@ double evidence_of(const Seen& standing, const Seen& other, double parameters, c
   const std::vector<int> held_out = experiment.with_role(Role::validate);
   if (!held_out.empty()) gain += residual_gain(worse.validate, best.validate, problem.layout(held_out)).log_likelihood;
   return (better ? gain : -gain) - 0.5 * parameters * std::log(std::max(2.0, train.effective));
+}
+
+bool is_at_end(const CurrentModel& model, const Rival& rival, const Experiment& experiment) {
+  const int at = model.model.find_effect_at(rival.effect, rival.place);
+  return at_end(model, model.model.effects()[static_cast<std::size_t>(at)], experiment);
 }
 
 double more_parameters(const CurrentModel& other, const CurrentModel& standing) {
@@ -72,7 +78,7 @@ std::vector<Entrant> contest(std::size_t which, const CurrentModel& plain, const
   std::vector<Entrant> out;
   for (const Rival& rival : findings[which].rivals) {
     std::optional<CurrentModel> model = exchanged(which, rival, plain, current, findings, experiment, options, control);
-    if (!model) continue;
+    if (!model || is_at_end(*model, rival, experiment)) continue;
     const Seen other(*model, current, experiment, options);
     const double evidence =
         evidence_of(standing, other, more_parameters(*model, current), current, experiment, options);

@@ -28,7 +28,8 @@ struct Entrant {
   double evidence = 0.0;  ///< over that of the finding as it stands
 };
 
-/// The rivals of finding `which` in its place, those that exchanged() can put there, most evidence first.
+/// The rivals of finding `which` in its place, those that exchanged() can put there and whose numbers end within their
+/// ranges, as those of any finding must; most evidence first.
 std::vector<Entrant> contest(std::size_t which, const CurrentModel& plain, const CurrentModel& current,
                              const std::vector<Finding>& findings, const Experiment& experiment,
                              const SimulatorOptions& options, const RunControl& control);

@@ -101,14 +101,16 @@ std::vector<Tried*> rivals_by_a_hair(const Judge& judge, std::vector<Tried>& tri
 }
 
 /// Candidates that are told apart by less than the integration error at the present model's step, because one of them
-/// needs a finer one, are re-identified at that.
-void sharpen(Judge& judge, std::vector<Tried>& tried) {
+/// needs a finer one, are re-identified at that. Whether any was.
+bool sharpen(Judge& judge, std::vector<Tried>& tried) {
   const std::vector<Tried*> close = rivals_by_a_hair(judge, tried);
   double step = judge.step();
   for (const Tried* t : close) step = std::min(step, judge.step_for(*t));
-  if (step >= judge.step()) return;
+  if (step >= judge.step()) return false;
   judge.set_step(step);
-  if (close.size() > 1) judge.share(close, [&](Tried& t) { judge.follow(t); });
+  if (close.size() < 2) return false;
+  judge.share(close, [&](Tried& t) { judge.follow(t); });
+  return true;
 }
 
 std::optional<Branch> branch_of(const std::vector<Tried>& tried, std::size_t winner, std::uint64_t seed) {
@@ -143,8 +145,10 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   }
   sort_by_evidence(tried, options.integration_error);
   refit_kin(judge, current, tried, options.integration_error);
-  sharpen(judge, tried);
+  const bool sharpened = sharpen(judge, tried);
   sort_by_evidence(tried, options.integration_error);
+  // At a finer step one of them may have come much further: its kin follow.
+  if (sharpened) refit_kin(judge, current, tried, options.integration_error);
   Decision out{{}, std::nullopt, current, options.simulator, std::nullopt};
   const std::optional<std::size_t> winner = strongest_that_can(judge, tried, options.integration_error);
   for (std::size_t k = 0; k < tried.size(); ++k) {

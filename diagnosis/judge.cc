@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/candidates.h"
@@ -41,29 +42,6 @@ std::vector<double> standard_errors(const CurrentModel& model) {
   return out;
 }
 
-/// An own number driven to the end of its range, as seen at its typical size. Optional ones and those of every joint
-/// may stand there, and those that the recordings would as soon have neutral; all but the leading one may stand at an
-/// end at or beyond which their neutral value lies.
-bool at_end(const Tried& tried, const Experiment& experiment) {
-  const PlantModel& model = tried.model.model;
-  const auto& axes = tried.model.space.axes();
-  const std::size_t plain = axes.size() - tried.effect.own.size();
-  const std::vector<double> errors = standard_errors(tried.model);
-  for (std::size_t k = 0; k < tried.effect.own.size(); ++k) {
-    const Axis& axis = axes[plain + k];
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
-    if (p.info->optional || p.info->per_joint) continue;
-    const double x = tried.model.fit.point[plain + k], margin = kAtEnd * size_of(axis, p, model, experiment);
-    if (!std::isfinite(margin)) continue;
-    const double neutral = to_search(axis.coordinate, p.neutral);
-    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin;
-    const bool leads_nowhere = (low && neutral <= axis.lower + margin) || (high && neutral >= axis.upper - margin);
-    const bool driven = errors.empty() || !(std::fabs(x - neutral) < kUndriven * errors[plain + k]);
-    if (leads_nowhere ? k == 0 : (low || high) && driven) return true;
-  }
-  return false;
-}
-
 bool too_small(const Tried& tried, const Experiment& experiment) {
   const auto& axes = tried.model.space.axes();
   const std::size_t plain = axes.size() - tried.effect.own.size();
@@ -92,6 +70,27 @@ bool is_finite(const Tried& tried) {
 }
 
 }  // namespace
+
+bool at_end(const CurrentModel& model, const Component& effect, const Experiment& experiment) {
+  const auto& axes = model.space.axes();
+  const std::vector<double> errors = standard_errors(model);
+  bool leading = true;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const Axis& axis = axes[a];
+    if (axis.parameter < effect.first || axis.parameter >= effect.first + effect.count) continue;
+    const Parameter& p = model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const bool first = std::exchange(leading, false);
+    if (p.info->optional || p.info->per_joint) continue;
+    const double x = model.fit.point[a], margin = kAtEnd * size_of(axis, p, model.model, experiment);
+    if (!std::isfinite(margin)) continue;
+    const double neutral = to_search(axis.coordinate, p.neutral);
+    const bool low = x <= axis.lower + margin, high = x >= axis.upper - margin;
+    const bool leads_nowhere = (low && neutral <= axis.lower + margin) || (high && neutral >= axis.upper - margin);
+    const bool driven = errors.empty() || !(std::fabs(x - neutral) < kUndriven * errors[a]);
+    if (leads_nowhere ? first : (low || high) && driven) return true;
+  }
+  return false;
+}
 
 Judge::Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries)
     : current_(current),
@@ -218,7 +217,8 @@ std::vector<Tried> Judge::kin_of(const Tried& tried, const EffectInfo& kin) {
 
 std::string Judge::objection(const Tried& tried) const {
   if (!is_finite(tried)) return "a parameter is not finite";
-  if (at_end(tried, experiment_)) return "a parameter at the end of its range";
+  if (at_end(tried.model, tried.model.model.effects().back(), experiment_))
+    return "a parameter at the end of its range";
   if (too_small(tried, experiment_)) return "a parameter too near neutral for such an effect";
   if (takes_from_one(tried)) return "no two joints take of what is shared";
   if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);

@@ -25,6 +25,11 @@ struct Tried {
   std::string objection{};   ///< why it cannot be what is missing; empty: it can
 };
 
+/// Whether a number of that effect, which the model has, was driven to the end of its range, as seen at its typical
+/// size. Optional ones and those of every joint may stand there, and those that the recordings would as soon have
+/// neutral; all but the leading one may stand at an end at or beyond which their neutral value lies.
+bool at_end(const CurrentModel& model, const Component& effect, const Experiment& experiment);
+
 /// Weighs candidates for one model. Residuals are kept in that model's weights, so that candidates compare.
 class Judge {
  public:

@@ -38,6 +38,7 @@ constexpr int kRefitSteps = 5;        ///< of the plain parameters beside a curv
 constexpr int kBends = 8;             ///< times that a curve is learned anew about the motion with it
 constexpr int kHalvings = 2;          ///< of steps that leave more
 constexpr double kStands = 0.01;      ///< relative change of what is left, under which it stays as it is
+constexpr double kLesserPart = 0.5;   ///< of a curve's mean square, left beside a name that is most of it
 constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
 
 /// A law of given variables, and the knots of the first one that are tried.
@@ -393,9 +394,11 @@ class Learner {
     return odds > 0.0 && !sets_.heldout_difference(standing_, named).speaks_against();
   }
 
+  static double mean_square(const Learnable& law) { return law.values.squaredNorm() / static_cast<double>(law.size()); }
   /// Takes a named effect out where the last law, learned anew without it, does what both did: where the effect takes
   /// less from the validate recordings' rest than a finding must. A curve that needs many more knots for that has not
-  /// made the name needless: fine enough, it is any friction.
+  /// made the name needless: fine enough, it is any friction. Nor has one most of which the name had said before, with
+  /// fewer numbers.
   bool drop_if_needless(const NamedPlace& name) {
     Kept& law = kept_.back();
     SetChange without;
@@ -403,7 +406,7 @@ class Learner {
     const std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
     if (!base) return false;
     std::optional<Fitted> found = fitted(law.law, *base, 2 * law.law.over.knots);
-    if (!found) return false;
+    if (!found || mean_square(law.law) < kLesserPart * mean_square(found->law)) return false;
     const HeldoutDifference says = predicts_better(standing_, found->set, law.law.joint);
     if (says.speaks_for() && says.share >= least_taken()) return false;
     // A name with its few numbers is weighed against what the curve costs that replaces it.

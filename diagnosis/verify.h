@@ -11,8 +11,9 @@ constexpr double kGrown = 0.02;  ///< less is what a drawn noise does
 std::vector<std::string> joints_that_grew(const JointRms& before, const JointRms& after,
                                           const std::vector<std::string>& joints, double margin = kGrown);
 
-/// Fills `engines` (residual before and after on the test recordings, engine by engine, same parameters), `worse` (from
-/// the fits before and after), `whiteness` and `traces`.
+/// Fills `engines` (residual before and after on the test recordings, engine by engine, same parameters; what they keep
+/// of the gain with the starts' errors taken off), `worse` (from the fits before and after), `worse_besides_starts`,
+/// `whiteness` and `traces`.
 void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
             const SimulatorOptions& options, bool other_engines);
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <map>
 
@@ -21,9 +22,8 @@ namespace {
 constexpr int kInversePasses = 1;  ///< of the filter, through which what inverse dynamics compares goes
 
 constexpr std::size_t kFewestSamples = 10;
-/// A local polynomial is accepted while its residual variance stays below this multiple of the noise variance
-/// (chi-square over ten degrees of freedom exceeds it in about 1 % of draws).
-constexpr double kVarianceSlack = 2.3;
+/// Of polynomials that explain their samples so many are taken for others, since noise alone leaves that much.
+constexpr double kRefusedByChance = 0.01;
 
 const std::vector<double>& column_of(const Recording& data, const std::string& name) {
   return data.columns[static_cast<std::size_t>(data.find(name))];
@@ -461,6 +461,12 @@ struct LocalFit {
 };
 constexpr int kHighestOrder = 2;
 
+/// Sum of squares over the noise variance that so many degrees of freedom exceed by chance.
+double most_by_chance(Eigen::Index freedom) {
+  const boost::math::chi_squared chi2(static_cast<double>(freedom));
+  return boost::math::quantile(boost::math::complement(chi2, kRefusedByChance));
+}
+
 LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<double>& signal,
                         const std::vector<std::size_t>& used, std::size_t at, int order, double sigma2) {
   const Eigen::Index n = static_cast<Eigen::Index>(used.size()), terms = order + 1;
@@ -478,7 +484,7 @@ LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<doubl
   const double variance = std::max(residual, sigma2);
   LocalFit out{{x(0), order > 0 ? x(1) / span : 0.0, std::sqrt(inverse(0, 0) * variance), 0.0},
                inverse(0, 0) * variance,
-               residual <= kVarianceSlack * sigma2,
+               residual * static_cast<double>(n - terms) <= sigma2 * most_by_chance(n - terms),
                used,
                order};
   if (order > 0) out.state.slope_error = std::sqrt(inverse(1, 1) * variance) / span;
@@ -506,13 +512,13 @@ LocalState local_state(const std::vector<double>& time, const std::vector<double
     }
   }
   if (best.variance == HUGE_VAL && at < signal.size() && std::isfinite(signal[at])) best.state.value = signal[at];
-  if (best.variance < HUGE_VAL && sigma2 > 0.0) {
-    const LocalFit higher =
-        fit_polynomial(time, signal, best.used, at, std::min(best.order + 1, kHighestOrder), sigma2);
-    best.state.value_error = higher.state.value_error;
-    best.state.slope_error = higher.state.slope_error;
-  } else {
+  if (best.variance == HUGE_VAL || sigma2 == 0.0) {
     best.state.value_error = best.state.slope_error = 0.0;
+  } else if (best.used.size() > static_cast<std::size_t>(best.order) + 2) {
+    const LocalState higher = fit_polynomial(time, signal, best.used, at, best.order + 1, sigma2).state;
+    LocalState& state = best.state;
+    state.value_error = std::max(higher.value_error, std::hypot(state.value_error, state.value - higher.value));
+    state.slope_error = std::max(higher.slope_error, std::hypot(state.slope_error, state.slope - higher.slope));
   }
   return best.state;
 }

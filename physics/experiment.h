@@ -110,8 +110,9 @@ Experiment make_experiment(const Scenario& scenario);
 void set_motion(Segment& segment, RawMotion raw, double cutoff_hz);
 
 /// Start of a piece of a signal: value and slope at time[at], by the widest local polynomial (constant, line, parabola)
-/// that explains samples [begin, end) around it down to the noise. NaN samples are skipped. The errors are those of a
-/// polynomial one degree higher: what it leaves out is not known to be nothing.
+/// that explains samples [begin, end) around it down to the noise (chi-square). NaN samples are skipped. What a
+/// polynomial leaves out is not known to be nothing: the errors are at least those of one a degree higher, and hold the
+/// difference from it.
 struct LocalState {
   double value = 0.0, slope = 0.0;
   double value_error = 0.0, slope_error = 0.0;  ///< standard errors; 0 where nothing is known

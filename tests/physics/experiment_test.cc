@@ -73,6 +73,28 @@ TEST(LocalState, AveragesNoiseWhereTheMotionIsSmooth) {
   EXPECT_LT(std::sqrt(slopes / draws), 2.0 * std::sqrt(12.0) * sigma / 1.6 / std::sqrt(161.0));
 }
 
+TEST(LocalState, ErrorsHoldWhatAPolynomialLeavesOutOfASineAtAnyPhase) {
+  const double sigma = 3e-4;
+  const std::vector<double> time = clock(4.0, 0.01);
+  const int draws = 400;
+  for (const double hertz : {0.2, 0.7, 2.0, 4.0}) {
+    const double rate = 2.0 * M_PI * hertz;
+    double values = 0.0, slopes = 0.0;
+    for (int k = 0; k < draws; ++k) {
+      Noise random(static_cast<std::uint64_t>(k) + 1);
+      const double phase = 2.0 * M_PI * random.uniform();
+      std::vector<double> q;
+      for (const double t : time) q.push_back(0.3 * std::sin(rate * t + phase) + sigma * random());
+      const LocalState s = local_state(time, q, 200, 0, time.size(), sigma);
+      values += std::pow((s.value - 0.3 * std::sin(rate * time[200] + phase)) / s.value_error, 2);
+      slopes += std::pow((s.slope - 0.3 * rate * std::cos(rate * time[200] + phase)) / s.slope_error, 2);
+    }
+    // What a sine does within the samples used is known only from these: a slope's error may be half of what it should.
+    EXPECT_LT(std::sqrt(values / draws), 1.25) << hertz << " Hz";
+    EXPECT_LT(std::sqrt(slopes / draws), 2.0) << hertz << " Hz";
+  }
+}
+
 TEST(LocalState, DoesNotReachAcrossAKink) {
   // A block that stops dead: far more samples lie beyond the kink than the slope may be taken from.
   const std::vector<double> time = clock(2.0, 0.01);

@@ -102,5 +102,7 @@ void expect_noise_alone(const Prediction& prediction) {
 
 TEST(HydraulicRecovery, TheTruthOfAllJointsLeavesTheNoiseAloneInFreeRuns) { expect_noise_alone(FreeRun{}); }
 
+TEST(HydraulicRecovery, TheTruthOfAllJointsLeavesTheNoiseAloneInWindows) { expect_noise_alone(Windows{2.0}); }
+
 }  // namespace
 }  // namespace lacuna
