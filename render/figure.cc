@@ -298,6 +298,8 @@ std::vector<Solid> piston_figure(const Robot& robot, std::span<const Isometry3d>
   for (const Vector3d& pin : {from, to})
     out.push_back(
         rod(Solid::Kind::cylinder, pin - 1.1 * radius * axis, pin + 1.1 * radius * axis, 0.45 * radius, kPinColor));
+  out[0].body = out[2].body = joint.parent;
+  out[1].body = out[3].body = piston.joint;
   return out;
 }
 

@@ -46,9 +46,10 @@ struct Piston {
   double barrel = 0.0;           ///< m, its length
   double bore = 0.0, rod = 0.0;  ///< m, diameters
 };
-/// Barrel, rod and pins beside the links. Distances and the angle between the pins are the cylinder's; where they lie
-/// around the axis nobody says: the parent's pin is drawn towards the joint before, and all of it on the axis' side.
-/// Throws as robot_figure.
+/// Barrel, rod, the parent's pin and the moved body's, beside the links. Barrel and rod swing on their pins: neither
+/// moves as one with the body that carries it. Distances and the angle between the pins are the cylinder's; where they
+/// lie around the axis nobody says: the parent's pin is drawn towards the joint before, and all of it on the axis'
+/// side. Throws as robot_figure.
 std::vector<Solid> piston_figure(const Robot& robot, std::span<const Eigen::Isometry3d> link_poses,
                                  const Piston& piston);
 

@@ -9,6 +9,7 @@
 #include "backends/engine.h"
 #include "render/camera.h"
 #include "render/figure.h"
+#include "render/pistons.h"
 #include "render/simplify.h"
 #include "reports/json_text.h"
 #include "reports/packed.h"
@@ -61,11 +62,40 @@ void add_mesh(const Mesh& mesh, Json& out) {
   out["triangles"] = std::move(triangles);
 }
 
-/// Solids in the frame of the body that carries each; `note` says where meshes were made coarser.
-Json solids_of(const Robot& robot, Dynamics& dynamics, double ground, std::string& note) {
+/// In the frame of the body that carries it.
+Json json_of(const Solid& solid, std::span<const Eigen::Isometry3d> bodies) {
+  static constexpr const char* kKinds[] = {"box", "cylinder", "capsule", "sphere", "mesh"};
+  const Eigen::Isometry3d pose =
+      solid.body < 0 ? solid.pose : bodies[static_cast<std::size_t>(solid.body)].inverse() * solid.pose;
+  Json out{{"body", solid.body},
+           {"kind", kKinds[static_cast<std::size_t>(solid.kind)]},
+           {"half", numbers(solid.half)},
+           {"pose", numbers(pose)},
+           {"color", {six_digits(solid.rgba[0]), six_digits(solid.rgba[1]), six_digits(solid.rgba[2])}}};
+  if (solid.mesh) add_mesh(*solid.mesh, out);
+  return out;
+}
+
+/// Pins as any solid. Barrel and rod lie between them at every instant ("between": their places in `out`), the barrel
+/// from its pin on, the rod from the barrel's end ("barrel", m).
+void add_piston(const Piston& piston, std::span<const Solid> parts, std::span<const Eigen::Isometry3d> bodies,
+                Json& out) {
+  const std::size_t first = out.size();
+  for (const Solid& part : parts) out.push_back(json_of(part, bodies));
+  for (const std::size_t k : {0, 1}) {
+    out[first + k]["between"] = {first + 2, first + 3};
+    out[first + k]["barrel"] = six_digits(piston.barrel);
+    out[first + k]["part"] = k == 0 ? "barrel" : "rod";
+  }
+}
+
+/// `note` says where meshes were made coarser.
+Json solids_of(const Robot& robot, std::span<const Piston> pistons, Dynamics& dynamics, double ground,
+               std::string& note) {
   std::vector<Eigen::Isometry3d> bodies;
   dynamics.body_poses(std::vector<double>(static_cast<std::size_t>(robot.dof())), bodies);
-  std::vector<Solid> solids = robot_figure(robot, robot.link_poses(bodies));
+  const std::vector<Eigen::Isometry3d> links = robot.link_poses(bodies);
+  std::vector<Solid> solids = robot_figure(robot, links);
   if (const std::optional<Solid> post = pillar(robot, ground)) solids.push_back(*post);
   if (const std::size_t before = simplify(solids, kMostTriangles); before > 0) {
     std::size_t kept = 0;
@@ -73,17 +103,8 @@ Json solids_of(const Robot& robot, Dynamics& dynamics, double ground, std::strin
     note = fmt::format("The meshes are drawn coarser here: {} of their {} triangles.", kept, before);
   }
   Json out = Json::array();
-  for (const Solid& solid : solids) {
-    static constexpr const char* kKinds[] = {"box", "cylinder", "capsule", "sphere", "mesh"};
-    const Eigen::Isometry3d pose =
-        solid.body < 0 ? solid.pose : bodies[static_cast<std::size_t>(solid.body)].inverse() * solid.pose;
-    out.push_back({{"body", solid.body},
-                   {"kind", kKinds[static_cast<std::size_t>(solid.kind)]},
-                   {"half", numbers(solid.half)},
-                   {"pose", numbers(pose)},
-                   {"color", {six_digits(solid.rgba[0]), six_digits(solid.rgba[1]), six_digits(solid.rgba[2])}}});
-    if (solid.mesh) add_mesh(*solid.mesh, out.back());
-  }
+  for (const Solid& solid : solids) out.push_back(json_of(solid, bodies));
+  for (const Piston& piston : pistons) add_piston(piston, piston_figure(robot, links, piston), bodies, out);
   return out;
 }
 
@@ -193,7 +214,7 @@ Html replay_section(const Scenario& scenario, std::span<const Replay> all, const
   Json recordings = Json::array();
   for (const Replay& replay : replays) recordings.push_back(recording_of(replay, robot));
   std::string note;
-  Json solids = solids_of(robot, *dynamics, camera.ground, note);
+  Json solids = solids_of(robot, pistons_of(scenario), *dynamics, camera.ground, note);
   const Json data{{"joints", tree_of(robot)},
                   {"solids", std::move(solids)},
                   {"camera", json_of(camera)},

@@ -218,19 +218,41 @@ class Raster {
   }
 }
 
+// A pose at `middle` whose z axis has the direction of `way`.
+function poseAlong(middle, way) {
+  const size = Math.hypot(...way), z = size > 0 ? way.map((v) => v / size) : [0, 0, 1];
+  const least = z.map(Math.abs).indexOf(Math.min(...z.map(Math.abs)));
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const side = cross([0, 1, 2].map((k) => (k === least ? 1 : 0)), z), length = Math.hypot(...side);
+  const x = side.map((v) => v / length);
+  return [...x, ...cross(z, x), ...z, ...middle];
+}
+
 // The robot's solids, ready to be drawn in any pose.
 class Figure {
   constructor(solids) {
     this.solids = solids.map((solid) => ({ ...solid, mesh: meshOf(solid) }));
   }
 
+  // World pose and triangles of a solid. Barrel and rod of a cylinder lie between their pins.
+  placed(solid, poses) {
+    const carried = ({ body, pose }) => timesPose(body < 0 ? IDENTITY : poses[body], pose);
+    if (!solid.between) return { pose: carried(solid), mesh: solid.mesh };
+    const [from, to] = solid.between.map((index) => carried(this.solids[index]).slice(9));
+    const way = to.map((v, k) => v - from[k]), length = Math.hypot(...way), barrel = Math.min(solid.barrel, length);
+    const [start, end] = solid.part === "barrel" ? [0, barrel] : [barrel, length];
+    const share = length > 0 ? (start + end) / 2 / length : 0;
+    return { pose: poseAlong(from.map((v, k) => v + share * way[k]), way),
+             mesh: meshOf({ kind: solid.kind, half: [solid.half[0], 0, (end - start) / 2] }) };
+  }
+
   // Into `raster`; `colorOf(solid)` gives three numbers 0..255.
   draw(raster, view, poses, colorOf) {
     this.solids.forEach((solid, index) => {
-      const pose = timesPose(solid.body < 0 ? IDENTITY : poses[solid.body], solid.pose);
+      const { pose, mesh } = this.placed(solid, poses);
       const color = colorOf(solid);
       const open = solid.kind === "mesh";  // may be seen from inside, or have faces that are turned round
-      for (const [points, normals] of solid.mesh) this.place(raster, view, pose, points, normals, color, index + 1, open);
+      for (const [points, normals] of mesh) this.place(raster, view, pose, points, normals, color, index + 1, open);
     });
   }
 
@@ -264,8 +286,8 @@ class Figure {
   // What the robot hides of the floor, seen from straight above.
   shadow(raster, view, poses, ground) {
     for (const solid of this.solids) {
-      const pose = timesPose(solid.body < 0 ? IDENTITY : poses[solid.body], solid.pose);
-      for (const [points] of solid.mesh) {
+      const { pose, mesh } = this.placed(solid, poses);
+      for (const [points] of mesh) {
         const corners = [];
         for (let k = 0; k < 9; k += 3)
           corners.push(view.project(pose[0] * points[k] + pose[3] * points[k + 1] + pose[6] * points[k + 2] + pose[9],

@@ -4,6 +4,7 @@
 WRITE_PAGES writes the pages (write_pages.cc). Where LACUNA_PICTURES names a folder, pictures of what was seen go there.
 """
 
+import math
 import os
 import subprocess
 import sys
@@ -138,6 +139,23 @@ class Pages(unittest.TestCase):
         self.browser.run("document.querySelector('.replay-play').click()")
         stopped = self.time()
         self.assertEqual(self.time(), stopped)
+
+    def test_a_cylinder_reaches_from_pin_to_pin_in_every_pose(self):
+        self.opened("cylinder.html")
+        ends = """
+          const data = readBlock(document.querySelector('script.replay-data')), figure = new Figure(data.solids);
+          const poses = bodyPoses(data.joints, data.joints.map((joint, i) => (i === 1 ? arguments[0] : 0)));
+          return figure.solids.filter((solid) => solid.between).map((solid) => {
+            const { pose, mesh } = figure.placed(solid, poses);
+            const zs = mesh.flatMap(([points]) => [points[2], points[5], points[8]]);
+            return [Math.min(...zs), Math.max(...zs)].map((z) => [0, 1, 2].map((k) => pose[9 + k] + pose[6 + k] * z));
+          });"""
+        for q in (-0.4, 0.0, 0.7):
+            (pin, gland), (end, moved) = self.browser.run(ends, q)
+            self.assertLess(math.dist(gland, end), 1e-4, "the rod leaves the barrel where it ends")
+            # Two sides and the angle between them give the third.
+            length = math.sqrt(0.3**2 + 0.08**2 - 2 * 0.3 * 0.08 * math.cos(q + 1.0))
+            self.assertAlmostEqual(math.dist(pin, moved), length, delta=1e-4)
 
     def test_meshes_are_drawn_coarser_and_the_page_stays_small(self):
         self.assertLess((self.folder / "meshed.html").stat().st_size, MOST_BYTES)

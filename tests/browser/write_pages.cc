@@ -83,6 +83,20 @@ void write_usual(const fs::path& folder) {
   write(folder / "consistent.html", scenario, d);
 }
 
+/// The same arm, a cylinder on levers at its second joint.
+void write_cylinder(const fs::path& folder) {
+  Scenario scenario;
+  scenario.robot = Robot::from_urdf(kArm);
+  ActuatorSpec cylinder;
+  cylinder.joint = scenario.robot->joints()[1].name;
+  cylinder.parameters = {{"lever_a", 0.3},  {"lever_b", 0.08},  {"lever_angle", 1.0}, {"middle", 0.5},
+                         {"stroke", 0.134}, {"area_a", 0.0013}, {"area_b", 0.0009}};
+  scenario.actuators = {cylinder};
+  Diagnosis d = sample::diagnosis();
+  add_replays(d, joint_names(*scenario.robot), {"test_1.csv", "validate_1.csv", "validate_2.csv"});
+  write(folder / "cylinder.html", scenario, d);
+}
+
 /// The same arm, every link a mesh of more triangles than the page keeps.
 void write_meshed(const fs::path& folder) {
   Scenario scenario;
@@ -135,6 +149,7 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   std::filesystem::create_directories(folder);
   lacuna::write_usual(folder);
+  lacuna::write_cylinder(folder);
   lacuna::write_meshed(folder);
   lacuna::write_hostile(folder);
 }

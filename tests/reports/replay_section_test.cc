@@ -8,6 +8,7 @@
 
 #include "backends/engine.h"
 #include "render/figure.h"
+#include "render/pistons.h"
 #include "scenarios/robot.h"
 #include "tests/reports/sample.h"
 #include "tests/scenarios/mesh_writer.h"
@@ -92,6 +93,37 @@ TEST(ReplaySection, SolidsStandWhereTheSnapshotsHaveThem) {
         EXPECT_LT((pose.linear().col(axis) - figure[s].pose.linear().col(axis)).norm(), kRounding)
             << urdf << ", solid " << s << ", axis " << axis;
     }
+  }
+}
+
+TEST(ReplaySection, CylindersHangOnTheirPinsInEveryPose) {
+  const Scenario scenario =
+      load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/hydrolek/hydraulic/scenario.yaml");
+  const Robot& robot = *scenario.robot;
+  const std::vector<Replay> replays{replay_of(robot)};
+  const PageData solids = data_of(replay_section(scenario, replays, {}))["solids"];
+  const std::vector<double> q{0.2, 0.6, -0.9, 0.1, 0.3, 0.0, 0.04};
+  std::vector<Isometry3d> bodies;
+  find_engine("featherstone").build(scenario.robot, scenario.gravity)->body_poses(q, bodies);
+  const std::vector<Isometry3d> links = robot.link_poses(bodies);
+  const std::vector<Piston> pistons = pistons_of(scenario);
+  ASSERT_EQ(pistons.size(), 3u) << "joints 2, 3 and 5 turn by levers";
+  std::size_t at = solids.size() - 4 * pistons.size();
+  for (const Piston& piston : pistons) {
+    const std::vector<Solid> parts = piston_figure(robot, links, piston);
+    for (const std::size_t k : {2, 3}) {
+      const PageData& pin = solids[at + k];
+      const int body = pin["body"].get<int>();
+      EXPECT_EQ(body, k == 2 ? robot.joints()[static_cast<std::size_t>(piston.joint)].parent : piston.joint);
+      const Isometry3d pose =
+          (body < 0 ? Isometry3d::Identity() : bodies[static_cast<std::size_t>(body)]) * pose_of(pin["pose"]);
+      EXPECT_LT((pose.translation() - parts[k].pose.translation()).norm(), kRounding) << piston.joint << ", pin " << k;
+    }
+    for (const std::size_t k : {0, 1}) {
+      EXPECT_EQ(solids[at + k]["between"], PageData::array({at + 2, at + 3}));
+      EXPECT_NEAR(solids[at + k]["barrel"].get<double>(), 2.0 * parts[0].half.z(), kRounding);
+    }
+    at += 4;
   }
 }
 
