@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <mutex>
+#include <optional>
 
 #include "scenarios/error.h"
 #include "compare/accuracy.h"
@@ -137,6 +139,7 @@ class Comparing {
         order(name, order_window_);
     const std::vector<Method> methods = methods_of(name);
     const std::size_t shown = drawn_method(methods, whole);
+    std::optional<EngineRun> picture;
     for (std::size_t m = 0; m < methods.size(); ++m) {
       count_method(name + ": " + methods[m].name);
       MethodResult result;
@@ -146,11 +149,19 @@ class Comparing {
       if (result.not_run.empty()) measure_points(window, window_, referee_, result, options_.stop);
       if (result.not_run.empty() && !result.adaptive()) {
         Trajectory run = measure_whole(whole, methods[m], result, out);
-        if (drawn && m == shown) out.runs.push_back({name, result.name, referee_.times, std::move(run)});
+        // The common method's run stands in for one of the engine's own that diverged.
+        if (m == 0 || (m == shown && is_finite(run))) picture = {name, result.name, referee_.times, std::move(run)};
       }
       if (!result.adaptive()) measure_free(name, free, weightless, order, result);
       out.engine.methods.push_back(std::move(result));
     }
+    if (drawn && picture && is_finite(picture->run)) out.runs.push_back(std::move(*picture));
+  }
+
+  static bool is_finite(const Trajectory& run) {
+    return std::all_of(run.q.begin(), run.q.end(), [](const std::vector<double>& q) {
+      return std::all_of(q.begin(), q.end(), [](double x) { return std::isfinite(x); });
+    });
   }
 
   /// The motion at the common step, or its start.

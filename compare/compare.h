@@ -30,8 +30,8 @@ struct EngineRun {
 };
 
 /// `scenario` holds no recording or the one whose commands are run, loaded. Engines that cannot hold the robot are
-/// recorded with the reason. `runs`, where not null, receives one run an engine, and first the referee's.
-/// Throws InputError, WorkError where no engine can be compared or the motion diverges, Interrupted.
+/// recorded with the reason. `runs`, where not null, receives the referee's run, then one of every engine that stays
+/// finite. Throws InputError, WorkError where no engine can be compared or the motion diverges, Interrupted.
 ScenarioComparison compare_engines(const Scenario& scenario, const CompareOptions& options,
                                    std::vector<EngineRun>* runs = nullptr);
 
