@@ -106,7 +106,7 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
     for (int j = 0; j < current.model.dof(); ++j) {
       if (!can_act(info, hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
       if (info.metering && !lets_flow(drive_of(current, j))) continue;
-      if (needs_flow(find_effect(info.name)) && !integrates_flow(drive_of(current, j))) continue;
+      if (!suits(find_effect(info.name), drive_of(current, j))) continue;
       out.push_back({info.name,
                      experiment.joint_names[static_cast<std::size_t>(j)],
                      form_of(info, current.model, experiment, j),

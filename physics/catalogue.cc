@@ -39,6 +39,11 @@ bool needs_flow(int effect) {
   const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect)];
   return hooks.taken != nullptr && hooks.effort == nullptr;
 }
+bool suits(int effect, int actuator) {
+  if (!needs_flow(effect) || integrates_flow(actuator)) return true;
+  const bool chambers = Effects::hooks<double>()[static_cast<std::size_t>(effect)].chambers != nullptr;
+  return chambers && actuator >= 0 && actuator_table()[static_cast<std::size_t>(actuator)].chambers;
+}
 
 const ParameterInfo& leading_parameter(const EffectInfo& effect) {
   const auto& p = effect.parameters;

@@ -83,6 +83,8 @@ bool integrates_flow(int actuator);
 bool lets_flow(int actuator);
 /// Whether an effect acts on that flow alone: it means nothing to other actuators.
 bool needs_flow(int effect);
+/// Whether an effect at a joint means anything to the joint's actuator.
+bool suits(int effect, int actuator);
 
 /// Index in the table, or -1.
 int find_actuator(const std::string& name);

@@ -173,6 +173,8 @@ struct Hooks {
   T (*lead)(const T* p, const T& effort) = nullptr;
   BaseSpring<T> (*base)(const T* p) = nullptr;  ///< what the base stands on: of effects on the arm
   // One lane at a time, once for a simulation:
+  /// Parameters of the joint's actuator as an effect leaves them, where that has chambers.
+  void (*chambers)(const double* p, double* actuator) = nullptr;
   /// Mass properties changed, per body.
   void (*inertials)(const double* p, const Robot& robot, int joint, std::vector<Inertial>& bodies) = nullptr;
   double (*armature)(const double* p) = nullptr;                                        ///< kg m^2 (kg) at the joint
@@ -211,6 +213,7 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template measure<T>; }) h.measure = &C::template measure<T>;
   if constexpr (requires { &C::template lead<T>; }) h.lead = &C::template lead<T>;
   if constexpr (requires { &C::template base<T>; }) h.base = &C::template base<T>;
+  if constexpr (requires { &C::chambers; }) h.chambers = &C::chambers;
   if constexpr (requires { &C::inertials; }) h.inertials = &C::inertials;
   if constexpr (requires { &C::armature; }) h.armature = &C::armature;
   if constexpr (requires { &C::gravity; }) h.gravity = &C::gravity;

@@ -70,6 +70,7 @@ class Plant {
   /// Puts one parameter vector into one lane.
   void bind(int k, std::span<const double> values) {
     for (std::size_t i = 0; i < parameters_.size(); ++i) set_lane(parameters_[i], k, values[i]);
+    for (const JointParts& parts : joints_) set_chambers(parts, k, values);
     for (const JointParts& parts : joints_)
       for (const Bound& c : parts.effects) c.known = false;
     const std::vector<Inertial> inertials = model_->inertials(values);
@@ -331,6 +332,7 @@ class Plant {
     ActuatorRoles roles;  ///< as indices of all parameters
     T load = T(0.0);      ///< N m or N, on the joint as last asked for
     bool chambers = false;
+    int count = 0;  ///< the actuator's parameters
   };
 
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
@@ -339,10 +341,21 @@ class Plant {
     states_ += hooks.states;
     memories_ += hooks.memories;
   }
+  /// The actuator's own parameters in lane k as the joint's effects leave them.
+  void set_chambers(const JointParts& parts, int k, std::span<const double> values) {
+    if (!parts.chambers) return;
+    const Bound& drive = parts.actuator.front();
+    std::vector<double> own(values.begin() + static_cast<std::ptrdiff_t>(drive.first), values.end());
+    for (const Bound& c : parts.effects)
+      if (c.hooks->chambers != nullptr) c.hooks->chambers(&values[c.first], own.data());
+    for (int i = 0; i < parts.count; ++i)
+      set_lane(parameters_[drive.first + static_cast<std::size_t>(i)], k, own[static_cast<std::size_t>(i)]);
+  }
   static void assign_roles(JointParts& parts, const Component& actuator) {
     const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(actuator.type)];
     parts.roles = info.roles;
     parts.chambers = info.chambers;
+    parts.count = actuator.count;
     for (int* role : {&parts.roles.gain, &parts.roles.damping, &parts.roles.stiffness, &parts.roles.rest}) {
       if (*role >= 0) *role += actuator.first;
     }

@@ -242,9 +242,11 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   if (!fits) {
     throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
   }
-  if (needs_flow(type) && !integrates_flow(actuators_[static_cast<std::size_t>(*joint)].type)) {
+  if (joint && !suits(type, actuators_[static_cast<std::size_t>(*joint)].type)) {
+    const bool chambers = Effects::hooks<double>()[static_cast<std::size_t>(type)].chambers != nullptr;
     throw InputError(spec.where, "effect " + quoted(spec.effect) + " at " + quoted(spec.place),
-                     "a joint whose actuator integrates the flow of its valve (flow_source)");
+                     chambers ? "a joint whose actuator is a flow_source or hydraulic"
+                              : "a joint whose actuator integrates the flow of its valve (flow_source)");
   }
   const int others = count_apart(spec);
   const std::vector<EffectParameter> parameters =

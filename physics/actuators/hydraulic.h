@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "physics/catalogue.h"
 
 namespace lacuna {
@@ -100,6 +103,18 @@ struct Hydraulic {
     out[1] = chosen / T(kPressureUnit);
   }
 
+  /// Leaks from chamber to chamber so much more that a load `creep` (N m or N), at the middle of the stroke and on the
+  /// mean of both areas, makes the joint move at unit speed.
+  static void leak(double* p, double creep) {
+    const double swept = swept_at_middle(p);
+    p[kLeakage] += swept * swept / creep;
+  }
+  /// Opens the relief valves no later than at that load of a lone chamber, likewise.
+  static void relieve(double* p, double load) {
+    const double swept = swept_at_middle(p);
+    if (swept > 0.0) p[kRelief] = std::min(p[kRelief], load / swept);
+  }
+
  private:
   enum : int {
     kGain,
@@ -156,6 +171,11 @@ struct Hydraulic {
                         kLeakage, kLeakageOut})
       out[static_cast<std::size_t>(i)].fills = true;
     return out;
+  }
+
+  /// m^3/rad (m^3/m), of the geometric mean of both areas at the middle of the stroke.
+  static double swept_at_middle(const double* p) {
+    return std::sqrt(p[kAreaA] * p[kAreaB]) * std::fabs(arm_at(p, p[kMiddle]));
   }
 
   /// How the stroke grows with the joint's position, m/rad.

@@ -1,11 +1,12 @@
 #pragma once
 
+#include "physics/actuators/hydraulic.h"
 #include "physics/effects/oil_load.h"
 
 namespace lacuna {
 
 /// Oil passes the piston's seals from the loaded chamber to the other: a joint under load sinks, and is slower against
-/// its load. Of a drive that integrates its flow. Neutral at R = infinity.
+/// its load. Of a drive that integrates its flow, or has chambers. Neutral at R = infinity.
 struct Leakage {
   static EffectInfo info() {
     EffectInfo info{"leakage",
@@ -32,6 +33,7 @@ struct Leakage {
   static T taken(const T* p, const JointView<T>& s, const T& oil, const T& flow) {
     return flow - oil_load(s, oil) / p[0];
   }
+  static void chambers(const double* p, double* actuator) { Hydraulic::leak(actuator, p[0]); }
 };
 
 }  // namespace lacuna

@@ -1,12 +1,13 @@
 #pragma once
 
+#include "physics/actuators/hydraulic.h"
 #include "physics/effects/oil_load.h"
 
 namespace lacuna {
 
 /// Relief valves at a cylinder's ports: beyond the load at which they open, the valve's flow leaves through them, and
-/// so does the oil that a load from outside presses out. Of a drive that integrates its flow. Neutral at most =
-/// infinity.
+/// so does the oil that a load from outside presses out. Of a drive that integrates its flow, or has chambers: there
+/// they open at the pressure at which either chamber alone gives that load. Neutral at most = infinity.
 struct Relief {
   static EffectInfo info() {
     EffectInfo info{"relief",
@@ -37,6 +38,7 @@ struct Relief {
     const T passes = sign(load) * beyond / (max(s.stiffness, T(1e-300)) * max(s.resolved, T(kReliefOpens)));
     return select(beyond > T(0.0), flow - passes, flow);
   }
+  static void chambers(const double* p, double* actuator) { Hydraulic::relieve(actuator, p[0]); }
 };
 
 }  // namespace lacuna

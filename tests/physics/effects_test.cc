@@ -81,6 +81,18 @@ TEST_P(EffectNesting, ReproducesThePlainModelToTheLastBitAtItsNeutralValueAtEver
   }
 }
 
+TEST(EffectNesting, HoldsOnChambers) {
+  const Scenario scenario =
+      load_scenario(std::string(LACUNA_SOURCE_DIR) + "/scenarios/hydrolek/hydraulic/scenario.yaml");
+  const Experiment experiment = make_experiment(scenario);
+  const PlantModel plain(scenario);
+  const PlantModel neutral = plain.with_effects({effect("leakage", "joint_2", {}), effect("relief", "joint_3", {})});
+  EXPECT_TRUE(same_bits(predict_one(plain, experiment, on("featherstone", 0.01)),
+                        predict_one(neutral, experiment, on("featherstone", 0.01))));
+  EXPECT_THROW(plain.with_effects({effect("orifice_load_dependence", "joint_2", {})}), InputError)
+      << "orifices know their load there";
+}
+
 INSTANTIATE_TEST_SUITE_P(All, EffectNesting,
                          testing::Values(NestingCase{"lanes_free_run", "featherstone", FreeRun{}},
                                          NestingCase{"lanes_windows", "featherstone", Windows{0.5}},

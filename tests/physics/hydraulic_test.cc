@@ -70,6 +70,33 @@ TEST(Hydraulic, LeakageDampsTheRinging) {
   }
 }
 
+TEST(Hydraulic, LeakageAsAnEffectLetsALoadCreepAtItsShareOfUnitSpeed) {
+  const double creep = 5e5, push = -1500.0;  // N s/m, N
+  const Start start{{0.0}, {push / creep}};
+  const Drive closed = constant_drive(1, 2.0, 0.01, 0.0);
+  const EffectSpec load = effect("torque_offset", "slide", {{"tau0", push}});
+  const Moved run = simulated(
+      driven(block_robot(), symmetric(), closed, start, {load, effect("leakage", "slide", {{"R", creep}})}), start);
+  EXPECT_NEAR((run.q()[200] - run.q()[100]) / 1.0, push / creep, 1e-4 * std::fabs(push / creep));
+  // The same as the actuator's own number.
+  const Moved own =
+      simulated(driven(block_robot(), symmetric({{"leakage", kArea * kArea / creep}}), closed, start, {load}), start);
+  for (std::size_t k = 0; k < run.t.size(); ++k) ASSERT_NEAR(run.q()[k], own.q()[k], 1e-12) << run.t[k];
+}
+
+TEST(Hydraulic, ReliefAsAnEffectOpensAtTheLoadOfALoneChamber) {
+  const Start start{{0.0}, {0.0}};
+  const Drive closed = constant_drive(1, 0.2, 0.01, 0.0);
+  const EffectSpec load = effect("torque_offset", "slide", {{"tau0", -6e4}});
+  const auto run = [&](const Numbers& numbers, std::vector<EffectSpec> effects) {
+    return simulated(driven(block_robot(), numbers, closed, start, std::move(effects)), start);
+  };
+  const Moved effect_of = run(symmetric(), {load, effect("relief", "slide", {{"most", 200 * kBar * kArea}})});
+  const Moved own = run(symmetric({{"relief_pressure", 200 * kBar}}), {load}), none = run(symmetric(), {load});
+  for (std::size_t k = 0; k < own.t.size(); ++k) ASSERT_NEAR(effect_of.q()[k], own.q()[k], 1e-9) << own.t[k];
+  EXPECT_GT(std::fabs(own.q().back() - none.q().back()), 0.01) << "it opens at all";
+}
+
 TEST(Hydraulic, StallsAtTheSupplyAndDoesNotWindUp) {
   const Start start{{0.0}, {0.0}};
   Drive drive = constant_drive(1, 20.0, 0.01, 10.0);
