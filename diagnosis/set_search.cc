@@ -61,7 +61,9 @@ class SetSearch {
     for (const ValveStart& valve : options_.valves) put_in_valve(valve);
     for (int round = 0; round < kMostSetRounds; ++round) {
       progress(0.6 * round / kMostSetRounds);
-      if (!improve()) break;
+      bool freed = false;
+      while (free_number()) freed = true;
+      if (!improve() && !freed) break;
     }
     if (standing_.effects.size() == before.effects.size()) return std::nullopt;
     hold_to_share(before);
@@ -119,6 +121,92 @@ class SetSearch {
       if (everything) return false;
       hopeless_.clear();
     }
+  }
+
+  /// An optional number of a member, at its neutral value so far: the opposite stop, the sharpness of a corner.
+  struct Freed {
+    EffectSpec member, with;  ///< as it stands, and with the number free
+    std::string key;
+    double start = 0.0, share = 0.0;  ///< of what one joint is left with, that it takes away there
+  };
+
+  /// Frees a number that takes away enough of the rest at one of its starts, all else as it stands, and brings enough
+  /// evidence when it is fitted; whether there is one.
+  bool free_number() {
+    for (const Freed& number : numbers_to_free()) {
+      const std::pair<NamedPlace, std::string> name{place_of(number.member), number.key};
+      if (number.share < kLeastShareOfRest || refused_numbers_.count(name) > 0) continue;
+      SetChange change;
+      change.shaped = {{name.first, number.with}};
+      change.shapes = {with_start(number)};
+      std::optional<Hypothesis> next = sets_.changed(standing_, change, kSetIterations);
+      const bool better = next && sets_.ends_within(*next, number.with) &&
+                          sets_.log_odds(*next, standing_) > kWorthPutting &&
+                          !sets_.heldout_difference(*next, standing_).speaks_against();
+      if (better) {
+        standing_ = std::move(*next);
+        return true;
+      }
+      refused_numbers_.insert(name);
+    }
+    return false;
+  }
+  /// One of every number that could be free; the best of its starts.
+  std::vector<Freed> numbers_to_free() const {
+    const CurrentModel& now = standing_.model;
+    Problem problem(now.model, looked_at_in_, now.space, sets_.simulator(), now.weights);
+    const std::vector<int> train = looked_at_in_.with_role(Role::train);
+    const std::vector<ResidualBlock> blocks = problem.layout(train);
+    std::vector<std::vector<double>> values{now.space.expand(now.fit.point)};
+    std::vector<Freed> starts;
+    for (const EffectSpec& spec : standing_.effects) add_numbers(spec, starts, values);
+    if (starts.empty()) return starts;
+    const std::vector<Eigen::VectorXd> residuals = problem.residuals_of(values, train);
+    const std::vector<double> rest = energies(residuals.front(), blocks);
+    std::vector<Freed> out;
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      if (!residuals[k + 1].allFinite()) continue;
+      starts[k].share = largest_share(rest, energies(residuals[k + 1], blocks));
+      const bool same =
+          !out.empty() && out.back().key == starts[k].key && place_of(out.back().member) == place_of(starts[k].member);
+      if (!same) out.push_back(starts[k]);
+      if (same && starts[k].share > out.back().share) out.back() = starts[k];
+    }
+    return out;
+  }
+  /// Every start of every optional number that a member holds fixed, with the model's values there.
+  void add_numbers(const EffectSpec& spec, std::vector<Freed>& starts, std::vector<std::vector<double>>& values) const {
+    const PlantModel& model = standing_.model.model;
+    const Component& c = model.effects()[static_cast<std::size_t>(model.find_effect_at(spec.effect, spec.place))];
+    for (const ParameterInfo& p : effect_info(spec.effect).parameters) {
+      if (!p.optional || spec.parameters.count(p.name) == 0) continue;
+      EffectSpec with = spec;
+      with.parameters.erase(p.name);
+      for (const Axis& axis : effect_axes(model, experiment_, c, with)) {
+        const auto index = static_cast<std::size_t>(axis.parameter);
+        if (model.parameters()[index].key != p.name) continue;
+        for (const std::vector<double>& start : starting_points(model, experiment_, {axis})) {
+          const double x = std::clamp(start.front(), axis.lower, axis.upper);
+          values.push_back(values.front());
+          values.back()[index] = from_search(axis.coordinate, x);
+          starts.push_back({spec, with, p.name, x, 0.0});
+        }
+      }
+    }
+  }
+  /// The member's own coordinates with one more of them.
+  std::vector<double> with_start(const Freed& number) const {
+    const PlantModel& model = standing_.model.model;
+    const Component& c =
+        model.effects()[static_cast<std::size_t>(model.find_effect_at(number.member.effect, number.member.place))];
+    const std::vector<double> values = standing_.model.space.expand(standing_.model.fit.point);
+    std::vector<double> out;
+    for (const Axis& axis : effect_axes(model, experiment_, c, number.with)) {
+      const auto index = static_cast<std::size_t>(axis.parameter);
+      const bool fresh = model.parameters()[index].key == number.key;
+      out.push_back(fresh ? number.start : to_search(axis.coordinate, values[index]));
+    }
+    return out;
   }
 
   /// A joint's whole valve as its chart shows it, the plain gain with it.
@@ -555,8 +643,9 @@ class SetSearch {
   Hypothesis standing_;
   std::map<std::string, std::vector<Move>> looked_at_;  ///< [place]: what the last look gave anything for
   std::set<std::set<NamedPlace>> tried_together_;
-  std::set<NamedPlace> refused_;   ///< put in without success
-  std::set<NamedPlace> hopeless_;  ///< promised too little at the last look
+  std::set<NamedPlace> refused_;                                  ///< put in without success
+  std::set<std::pair<NamedPlace, std::string>> refused_numbers_;  ///< freed without success
+  std::set<NamedPlace> hopeless_;                                 ///< promised too little at the last look
   std::map<NamedPlace, std::vector<Rival>> rivals_;
   std::vector<std::vector<Candidate>> rounds_;
   std::vector<std::string> notes_;
