@@ -65,11 +65,16 @@ class SetSearch {
       while (free_number()) freed = true;
       if (!improve() && !freed) break;
     }
-    if (standing_.effects.size() == before.effects.size()) return std::nullopt;
+    if (!changed_) return std::nullopt;
     hold_to_share(before);
+    sets_.fit(standing_.model, kSetIterations);  // no less deeply than what it is held against
     sets_.settle(standing_);
     take_out_idle(0.6);
-    const auto is_new = [&](const EffectSpec& spec) { return !holds(before, spec); };
+    const auto is_new = [&](const EffectSpec& spec) {
+      return std::none_of(before.effects.begin(), before.effects.end(), [&](const EffectSpec& had) {
+        return place_of(had) == place_of(spec) && had.parameters == spec.parameters;
+      });
+    };
     if (std::none_of(standing_.effects.begin(), standing_.effects.end(), is_new)) return std::nullopt;
     const double step = needed_step();
     const bool finer = step < sets_.simulator().max_step;
@@ -113,7 +118,7 @@ class SetSearch {
       if (moves.size() > 1 && put_in(moves)) return true;
       bool any = false;
       for (const Move& move : moves) {
-        const bool kept = put_in({move}) || put_in_compound(move);
+        const bool kept = put_in_for_limits(move) || put_in({move}) || put_in_compound(move);
         if (!kept) refused_.insert(place_of(move.effect.spec));
         any = any || kept;
       }
@@ -144,7 +149,7 @@ class SetSearch {
                           sets_.log_odds(*next, standing_) > kWorthPutting &&
                           !sets_.heldout_difference(*next, standing_).speaks_against();
       if (better) {
-        standing_ = std::move(*next);
+        grow_to(std::move(*next));
         return true;
       }
       refused_numbers_.insert(name);
@@ -228,6 +233,48 @@ class SetSearch {
   static int gain_of(const PlantModel& model, int joint) {
     const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
     return drive.first + actuator_table()[static_cast<std::size_t>(drive.type)].roles.gain;
+  }
+
+  /// What all joints share, in place of the limits that single joints seemed to have of their own, begun at these.
+  bool put_in_for_limits(const Move& move) {
+    const EffectSpec& spec = move.effect.spec;
+    const char* alone = effect_info(spec.effect).alone;
+    if (alone == nullptr) return false;
+    SetChange change{{spec}, {move.effect.own}, {}, {}, {}};
+    std::vector<Rival> limits;
+    for (const EffectSpec& member : standing_.effects) {
+      if (member.effect != alone) continue;
+      change.out.push_back(place_of(member));
+      limits.push_back({member.effect, member.place, 0.0, member.parameters, own_point(member), {}});
+      begin_at_limit(spec, member, change.own.front());
+    }
+    if (limits.empty()) return false;
+    std::optional<Hypothesis> next = sets_.changed(standing_, change, kSetIterations);
+    if (!next || !sets_.is_determined(*next, spec) || !sets_.ends_within(*next, spec)) return false;
+    if (!(sets_.log_odds(*next, standing_) > kNotToldApart)) return false;
+    if (sets_.heldout_difference(*next, standing_).speaks_against()) return false;
+    grow_to(std::move(*next));
+    limits.resize(std::min(limits.size(), kRivalsFitted));
+    rivals_[place_of(spec)] = std::move(limits);
+    in_place_of_others_.insert(place_of(spec));
+    return true;
+  }
+  /// The part of the limit's joint in what is shared, among its own coordinates: the limit itself.
+  void begin_at_limit(const EffectSpec& shared, const EffectSpec& limit, std::vector<double>& own) const {
+    const PlantModel& now = standing_.model.model;
+    const Component& c = now.effects()[static_cast<std::size_t>(now.find_effect_at(limit.effect, limit.place))];
+    const double value = standing_.model.space.expand(standing_.model.fit.point)[static_cast<std::size_t>(c.first)];
+    const PlantModel with = now.with_effects({shared});
+    const std::vector<Axis> axes = effect_axes(with, experiment_, with.effects().back(), shared);
+    for (std::size_t a = 0; a < axes.size() && a < own.size(); ++a) {
+      const Parameter& p = with.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+      if (p.info->per_joint && p.joint == c.joint) own[a] = std::clamp(axes[a].at(value), axes[a].lower, axes[a].upper);
+    }
+  }
+  std::vector<double> own_point(const EffectSpec& member) const {
+    std::vector<double> out;
+    for (const std::size_t a : own_axes(standing_.model, member)) out.push_back(standing_.model.fit.point[a]);
+    return out;
   }
 
   /// What makes sense only together: beside one move, the most promising others of its place that act on the same part
@@ -356,8 +403,12 @@ class SetSearch {
     if (sound.size() < moves.size()) return !sound.empty() && put_in(sound, from);
     if (!(sets_.log_odds(*next, standing_) > kWorthPutting)) return false;
     if (sets_.heldout_difference(*next, standing_).speaks_against()) return false;
-    standing_ = std::move(*next);
+    grow_to(std::move(*next));
     return true;
+  }
+  void grow_to(Hypothesis next) {
+    standing_ = std::move(next);
+    changed_ = true;
   }
 
   void record(const std::vector<Move>& moves) {
@@ -398,7 +449,8 @@ class SetSearch {
     return static_cast<std::size_t>(std::find(names.begin(), names.end(), spec.place) - names.begin());
   }
 
-  /// Takes out what was added at joints where all of it together explains too little (on the arm: at every joint).
+  /// Takes out what was added at joints where all of it together explains too little (on the arm: at every joint), and
+  /// took no other member's place.
   void hold_to_share(const Hypothesis& before) {
     const std::vector<double> had = excess(before, before), has = excess(standing_, before);
     std::vector<double> removed;
@@ -407,6 +459,7 @@ class SetSearch {
     SetChange change;
     for (const EffectSpec& spec : standing_.effects) {
       const std::optional<std::size_t> joint = joint_of(spec);
+      if (in_place_of_others_.count(place_of(spec)) > 0) continue;
       if (!holds(before, spec) && (joint ? removed[*joint] : most) < kShareOfExcess)
         change.out.push_back(place_of(spec));
     }
@@ -543,8 +596,7 @@ class SetSearch {
       if (odds > most && !sets_.heldout_difference(rival.set, standing_).speaks_against()) most = odds, best = &rival;
     }
     if (best == nullptr) return false;
-    std::vector<double> own;
-    for (const std::size_t a : own_axes(standing_.model, member)) own.push_back(standing_.model.fit.point[a]);
+    const std::vector<double> own = own_point(member);
     std::vector<Rival> rivals = rivals_[place_of(member)];
     for (Rival& r : rivals)
       if (r.effect == best->spec.effect) r = {member.effect, member.place, 0.0, member.parameters, own, {}};
@@ -641,9 +693,11 @@ class SetSearch {
   SetSearchOptions options_;
   Hypotheses sets_;
   Hypothesis standing_;
+  bool changed_ = false;                                ///< since the search began
   std::map<std::string, std::vector<Move>> looked_at_;  ///< [place]: what the last look gave anything for
   std::set<std::set<NamedPlace>> tried_together_;
   std::set<NamedPlace> refused_;                                  ///< put in without success
+  std::set<NamedPlace> in_place_of_others_;                       ///< put in for members that went
   std::set<std::pair<NamedPlace, std::string>> refused_numbers_;  ///< freed without success
   std::set<NamedPlace> hopeless_;                                 ///< promised too little at the last look
   std::map<NamedPlace, std::vector<Rival>> rivals_;

@@ -64,7 +64,10 @@ struct EffectInfo {
   bool in_parallel = false;
   bool learned = false;  ///< its law is found, not given (diagnosis/learned.h): no candidate where names are sought
   bool shares = false;   ///< joints take from each other: sought where several are commanded at once
-  bool as_one = false;   ///< its parameters are parts of one departure from neutral: stronger are all of them together
+  /// Of what joints share: the effect at a joint that it looks like where that joint moves alone, as large as its own
+  /// part of it; null: none.
+  const char* alone = nullptr;
+  bool as_one = false;  ///< its parameters are parts of one departure from neutral: stronger are all of them together
 };
 
 const std::vector<ActuatorInfo>& actuator_table();

@@ -36,6 +36,7 @@ struct SharedSupply {
         {full, sharpness}};
     info.hydraulic = true;
     info.shares = true;
+    info.alone = "actuator_saturation";
     return info;
   }
   template <class T>

@@ -11,6 +11,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/checkpoint.h"
+#include "diagnosis/set_search.h"
 #include "tests/diagnosis/interrupted.h"
 #include "tests/ga/plant_problems.h"
 
@@ -233,6 +234,38 @@ TEST(Parts, SharedByAPumpAreEachInOrder) {
       quick());
   // How far the oil is bent where a window starts is not measured: some of the noise's many times stays.
   expect_named(out, {{"shoulder", "valve_deadband"}, {"elbow", "valve_deadband"}, {"arm", "shared_supply"}});
+}
+
+TEST(Parts, ASharedPumpTakesThePlaceOfTheLimitsThatJointsSeemToHave) {
+  const std::map<std::string, double> pump{{"n", 8.0}, {"full_shoulder", 3.5}, {"full_elbow", 4.0}};
+  const Scenario scenario = rods_on_cylinders(kStiffOil, {effect("shared_supply", "arm", pump)}, true);
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  options.simulator = on("featherstone", 0.005);
+  options.step = options.simulator.max_step;
+  FitResult fit;
+  const CurrentModel plain = identify_plain(model, experiment, SearchSpace(model, scenario), options, fit);
+  CurrentModel limited = plain;
+  std::vector<Finding> found;
+  for (const char* joint : {"shoulder", "elbow"}) {
+    const EffectSpec limit{"actuator_saturation", joint, {{"n", 8.0}}, {}, "test"};
+    limited = extended(limited, experiment, limit, limited.fit.point, {1.0 / 4.0});
+    found.emplace_back();
+    found.back().effect = limit.effect, found.back().place = joint, found.back().fixed = limit.parameters;
+    found.back().members = {limit.effect};
+  }
+  refine(limited, experiment, options.simulator, {});
+  SetSearchOptions search{options.simulator, {}, 1, {}};
+  search.skipped = [](const EffectSpec& spec) { return spec.place != "arm"; };
+  const auto out = search_sets(plain, limited, found, experiment, search);
+  ASSERT_TRUE(out);
+  ASSERT_EQ(out->findings.size(), 1u);
+  EXPECT_EQ(out->findings.front().effect, "shared_supply");
+  EXPECT_GT(out->findings.front().probability, 0.9);
+  for (const char* joint : {"shoulder", "elbow"})
+    EXPECT_LT(out->model.model.find_effect_at("actuator_saturation", joint), 0) << joint;
 }
 
 TEST(Parts, MayOpenGradually) {

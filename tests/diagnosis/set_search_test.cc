@@ -182,25 +182,38 @@ TEST(SetSearch, HoldsWhatWasFoundBeforeAgainstItsRivals) {
                           [](const Rival& r) { return r.effect == "valve_offset"; }));
 }
 
+/// A block behind a valve with that in it, predicted over 2 s, its gain identified.
+struct Block {
+  explicit Block(std::vector<EffectSpec> concealed)
+      : scenario(valve_block(std::move(concealed))), at(on("featherstone", 0.005)) {
+    scenario.prediction = Windows{2.0};
+    scenario.identify = {{"gain", true, 0.2, 5.0, "test: identify.gain"}};
+    model.emplace(scenario);
+    experiment = make_experiment(scenario);
+    IdentifyOptions options;
+    options.optimizer = Optimizer::lsq;
+    options.simulator = at;
+    options.step = at.max_step;
+    FitResult fit;
+    plain = identify_plain(*model, experiment, SearchSpace(*model, scenario), options, fit);
+  }
+
+  Scenario scenario;
+  SimulatorOptions at;
+  std::optional<PlantModel> model;
+  Experiment experiment;
+  std::optional<CurrentModel> plain;
+};
+
 TEST(SetSearch, BeginsWithTheWholeValveThatTheRecordingsShow) {
-  Scenario scenario = valve_block(worn_valve());
-  scenario.prediction = Windows{2.0};
-  scenario.identify = {{"gain", true, 0.2, 5.0, "test: identify.gain"}};
-  const PlantModel model(scenario);
-  const Experiment experiment = make_experiment(scenario);
-  IdentifyOptions options;
-  options.optimizer = Optimizer::lsq;
-  options.simulator = on("featherstone", 0.005);
-  options.step = options.simulator.max_step;
-  FitResult fit;
-  const CurrentModel plain = identify_plain(model, experiment, SearchSpace(model, scenario), options, fit);
-  SetSearchOptions with{options.simulator, {}, 1, {}, {}, valve_starts(model, experiment)};
+  const Block block(worn_valve());
+  SetSearchOptions with{block.at, {}, 1, {}, {}, valve_starts(*block.model, block.experiment)};
   // Alone, so that nothing but the start can have brought them.
   with.skipped = [&](const EffectSpec& spec) {
     return std::ranges::none_of(with.valves.front().effects,
                                 [&](const EffectSpec& e) { return e.effect == spec.effect; });
   };
-  const auto found = search_sets(plain, plain, {}, experiment, with);
+  const auto found = search_sets(*block.plain, *block.plain, {}, block.experiment, with);
   ASSERT_TRUE(found);
   for (const char* name : {"valve_deadband", "valve_asymmetry", "actuator_saturation"}) {
     EXPECT_GE(found->model.model.find_effect_at(name, "slide"), 0) << name;
@@ -209,6 +222,22 @@ TEST(SetSearch, BeginsWithTheWholeValveThatTheRecordingsShow) {
   const int d = found->model.model.find("slide.valve_deadband.d");
   ASSERT_GE(d, 0);
   EXPECT_NEAR(found->model.space.expand(found->model.fit.point)[static_cast<std::size_t>(d)], 1.5, 0.1);
+}
+
+TEST(SetSearch, FreesTheOppositeStopOfOneThatWasFound) {
+  const double far = 0.8;  // m, between both
+  const Block block({effect("end_stop", "slide", {{"q_lim", 0.3}, {"k", 1e6}, {"travel", far}})});
+  const EffectSpec one_stop{"end_stop", "slide", {{"T", 0.0}, {"travel", 1e6}}, {}, "test"};
+  CurrentModel one = extended(*block.plain, block.experiment, one_stop, block.plain->fit.point, {0.3, 1e6});
+  refine(one, block.experiment, block.at, {});
+  Finding found;
+  found.effect = "end_stop", found.place = "slide", found.members = {"end_stop"}, found.fixed = one_stop.parameters;
+  SetSearchOptions options{block.at, {}, 1, {}};
+  options.skipped = [](const EffectSpec&) { return true; };
+  const std::optional<SetSearchResult> with = search_sets(*block.plain, one, {found}, block.experiment, options);
+  ASSERT_TRUE(with);
+  const std::size_t travel = static_cast<std::size_t>(with->model.model.find("slide.end_stop.travel"));
+  EXPECT_NEAR(with->model.space.expand(with->model.fit.point)[travel], far, 2e-3);
 }
 
 TEST(SetSearch, HasNothingToAddWhereNothingIsMissing) {
