@@ -129,7 +129,8 @@ void look_for_effects_of_the_arm(MissingPhysics& found, const Experiment& experi
   SetSearchOptions further{found.simulator, control, out.seed,
                            [&](double) { report("effects of the whole arm", 0.9); }};
   further.skipped = acts_at_a_joint;
-  const Experiment enough = thinned(experiment, kMostSearched / 2);  // all that its parts have is fitted along
+  further.judged = true;
+  const Experiment enough = thinned(experiment);
   if (enough.segments.size() == experiment.segments.size()) {
     go_on_with_sets(found, experiment, before, further, saved, "sets", out);
     return;

@@ -69,7 +69,7 @@ class SetSearch {
     hold_to_share(before);
     sets_.fit(standing_.model, kSetIterations);  // no less deeply than what it is held against
     sets_.settle(standing_);
-    take_out_idle(0.6);
+    take_out_idle(before, 0.6);
     const auto is_new = [&](const EffectSpec& spec) {
       return std::none_of(before.effects.begin(), before.effects.end(), [&](const EffectSpec& had) {
         return place_of(had) == place_of(spec) && had.parameters == spec.parameters;
@@ -470,7 +470,7 @@ class SetSearch {
   /// Takes out, one after the other, what the validate recordings speak against, what explains nothing to speak of and
   /// is not confirmed by them, and what is as likely absent and so little determined that nobody could say how large it
   /// is.
-  void take_out_idle(double begun) {
+  void take_out_idle(const Hypothesis& before, double begun) {
     std::set<NamedPlace> needed;  // beside those that stand now
     const auto next = [&] {
       return std::find_if(standing_.effects.rbegin(), standing_.effects.rend(),
@@ -480,7 +480,8 @@ class SetSearch {
       progress(begun + 0.1 * static_cast<double>(needed.size()) / static_cast<double>(standing_.effects.size()));
       const EffectSpec spec = *at;
       std::optional<Hypothesis> without = sets_.changed(standing_, {{}, {}, {place_of(spec)}, {}, {}}, kSetIterations);
-      if (!without || is_needed(spec, *without)) {
+      const bool asked = !without || is_asked_for(spec, *without);
+      if (asked && ((options_.judged && holds(before, spec)) || !without || is_confirmed(spec, *without))) {
         needed.insert(place_of(spec));
         continue;
       }
@@ -494,9 +495,11 @@ class SetSearch {
                       spec.effect, spec.place));
     }
   }
-  bool is_needed(const EffectSpec& spec, const Hypothesis& without) const {
+  bool is_asked_for(const EffectSpec& spec, const Hypothesis& without) const {
     const double lost = sets_.log_odds(standing_, without);
-    if (!(lost > 0.0) || (lost < kIdleWindow && !sets_.is_determined(standing_, spec))) return false;
+    return lost > 0.0 && (lost >= kIdleWindow || sets_.is_determined(standing_, spec));
+  }
+  bool is_confirmed(const EffectSpec& spec, const Hypothesis& without) const {
     const HeldoutDifference predicts = sets_.heldout_difference(standing_, without);
     if (predicts.speaks_against()) return false;
     return predicts.speaks_for() || share_at_its_place(standing_, without, spec) > kLeastShareOfRest;

@@ -37,6 +37,8 @@ struct SetSearchOptions {
   std::function<void(double done)> progress = {};
   std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in
   std::vector<ValveStart> valves = {};                  ///< put in first, each joint's whole
+  /// What stands at the start was judged by searches of its own: it goes only where nothing asks for it any more.
+  bool judged = false;
 };
 
 /// From `current`, whose effects beyond those of `plain` are those of `findings`, in order. Nothing where these stand
