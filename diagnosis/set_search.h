@@ -2,8 +2,10 @@
 //
 // On a real machine several effects sit at every joint and none alone explains much. So at every place the effect that
 // promises most is put in, all places together, and the set is fitted whole; if that is refused each goes in alone,
-// then with others of its place on the same part of the way from command to reading. A set stays if it has more
-// evidence than the one before it and the validate recordings do not speak against it (hypothesis.h). What was added at
+// then with others of its place on the same part of the way from command to reading. Numbers that members hold at their
+// neutral values are freed, and what joints share is tried in place of limits that they seemed to have of their own. A
+// set stays if it has more evidence than the one before it and the validate recordings do not speak against it
+// (hypothesis.h). What was added at
 // a joint must together remove a quarter of what the findings before left above the noise there, as a single effect
 // must (decide.h). What the recordings show of valves directly goes in first, each joint's curve as a whole. At last
 // every member is held against the set without it and against each rival in its place, all fitted, over blocks of the
