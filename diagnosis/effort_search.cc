@@ -9,6 +9,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/free_number.h"
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/prior.h"
@@ -211,22 +212,7 @@ class EffortSearch {
       }
       const EffectSpec& old = standing_.effects[static_cast<std::size_t>(part.needs)];
       out.shaped.emplace_back(place_of(old), part.spec);
-      out.shapes.push_back(shaped_start(old, part));
-    }
-    return out;
-  }
-
-  /// Own coordinates of the effect with one more number free.
-  std::vector<double> shaped_start(const EffectSpec& old, const Part& part) const {
-    const CurrentModel& now = standing_.model;
-    const Component& c = now.model.effects()[static_cast<std::size_t>(now.model.find_effect_at(old.effect, old.place))];
-    const std::vector<double> values = now.space.expand(now.fit.point);
-    std::vector<double> out;
-    for (const Axis& axis : effect_axes(now.model, experiment_, c, part.spec)) {
-      const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-      const bool fresh = old.parameters.count(p.key) > 0;
-      out.push_back(fresh ? part.start[0][0]
-                          : to_search(axis.coordinate, values[static_cast<std::size_t>(axis.parameter)]));
+      out.shapes.push_back(own_point_with(standing_.model, experiment_, old, part.spec, part.start[0][0]));
     }
     return out;
   }

@@ -36,6 +36,12 @@ std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec&
   return out;
 }
 
+std::vector<double> own_point(const CurrentModel& current, const EffectSpec& spec) {
+  std::vector<double> out;
+  for (const std::size_t a : own_axes(current, spec)) out.push_back(current.fit.point[a]);
+  return out;
+}
+
 LinearColumn column_of(const Axis& axis, double x, Eigen::VectorXd train, Eigen::VectorXd validate) {
   return {std::move(train), std::move(validate), x - axis.center, axis.prior, axis.lower - x, axis.upper - x};
 }
@@ -91,11 +97,7 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
     const std::vector<double> point = out.model.fit.point;
     out.model = extended(out.model, experiment_, spec, point, own);
   };
-  const auto present = [&](const EffectSpec& spec) {
-    std::vector<double> own;
-    for (const std::size_t a : own_axes(now, spec)) own.push_back(now.fit.point[a]);
-    return own;
-  };
+  const auto present = [&](const EffectSpec& spec) { return own_point(now, spec); };
   for (const EffectSpec& spec : everywhere_) add(spec, present(spec));
   for (const EffectSpec& spec : from.effects) {
     if (std::find(change.out.begin(), change.out.end(), place_of(spec)) != change.out.end()) continue;

@@ -32,6 +32,9 @@ struct Hypothesis {
 /// Axes of an effect of the model: their indices.
 std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec& spec);
 
+/// Where they stand.
+std::vector<double> own_point(const CurrentModel& current, const EffectSpec& spec);
+
 /// What is changed of a set.
 struct SetChange {
   std::vector<EffectSpec> in;                             ///< put in

@@ -11,6 +11,7 @@
 #include "diagnosis/baseline.h"
 #include "diagnosis/coarse.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/free_number.h"
 #include "diagnosis/kin.h"
 #include "diagnosis/screen.h"
 #include "diagnosis/thinned.h"
@@ -128,22 +129,14 @@ class SetSearch {
     }
   }
 
-  /// An optional number of a member, at its neutral value so far: the opposite stop, the sharpness of a corner.
-  struct Freed {
-    EffectSpec member, with;  ///< as it stands, and with the number free
-    std::string key;
-    double start = 0.0, share = 0.0;  ///< of what one joint is left with, that it takes away there
-  };
-
-  /// Frees a number that takes away enough of the rest at one of its starts, all else as it stands, and brings enough
-  /// evidence when it is fitted; whether there is one.
+  /// Frees an optional number that takes away enough of the rest at one of its starts, all else as it stands, and
+  /// brings enough evidence when it is fitted; whether there is one.
   bool free_number() {
-    for (const Freed& number : numbers_to_free()) {
-      const std::pair<NamedPlace, std::string> name{place_of(number.member), number.key};
-      if (number.share < kLeastShareOfRest || refused_numbers_.count(name) > 0) continue;
+    for (const FreeNumber& number : numbers_worth_a_fit()) {
+      const NamedPlace here = place_of(number.member);
       SetChange change;
-      change.shaped = {{name.first, number.with}};
-      change.shapes = {with_start(number)};
+      change.shaped = {{here, number.with}};
+      change.shapes = {own_point_with(standing_.model, experiment_, number.member, number.with, number.start)};
       std::optional<Hypothesis> next = sets_.changed(standing_, change, kSetIterations);
       const bool better = next && sets_.ends_within(*next, number.with) &&
                           sets_.log_odds(*next, standing_) > kWorthPutting &&
@@ -152,64 +145,29 @@ class SetSearch {
         grow_to(std::move(*next));
         return true;
       }
-      refused_numbers_.insert(name);
+      refused_numbers_.insert({here, number.key});
     }
     return false;
   }
-  /// One of every number that could be free; the best of its starts.
-  std::vector<Freed> numbers_to_free() const {
+  /// The best start of each.
+  std::vector<FreeNumber> numbers_worth_a_fit() const {
     const CurrentModel& now = standing_.model;
+    std::vector<FreeNumber> starts = numbers_to_free(standing_, looked_at_in_, sets_.simulator());
+    if (starts.empty()) return starts;
     Problem problem(now.model, looked_at_in_, now.space, sets_.simulator(), now.weights);
     const std::vector<int> train = looked_at_in_.with_role(Role::train);
     const std::vector<ResidualBlock> blocks = problem.layout(train);
-    std::vector<std::vector<double>> values{now.space.expand(now.fit.point)};
-    std::vector<Freed> starts;
-    for (const EffectSpec& spec : standing_.effects) add_numbers(spec, starts, values);
-    if (starts.empty()) return starts;
-    const std::vector<Eigen::VectorXd> residuals = problem.residuals_of(values, train);
-    const std::vector<double> rest = energies(residuals.front(), blocks);
-    std::vector<Freed> out;
-    for (std::size_t k = 0; k < starts.size(); ++k) {
-      if (!residuals[k + 1].allFinite()) continue;
-      starts[k].share = largest_share(rest, energies(residuals[k + 1], blocks));
-      const bool same =
-          !out.empty() && out.back().key == starts[k].key && place_of(out.back().member) == place_of(starts[k].member);
-      if (!same) out.push_back(starts[k]);
-      if (same && starts[k].share > out.back().share) out.back() = starts[k];
-    }
-    return out;
-  }
-  /// Every start of every optional number that a member holds fixed, with the model's values there.
-  void add_numbers(const EffectSpec& spec, std::vector<Freed>& starts, std::vector<std::vector<double>>& values) const {
-    const PlantModel& model = standing_.model.model;
-    const Component& c = model.effects()[static_cast<std::size_t>(model.find_effect_at(spec.effect, spec.place))];
-    for (const ParameterInfo& p : effect_info(spec.effect).parameters) {
-      if (!p.optional || spec.parameters.count(p.name) == 0) continue;
-      EffectSpec with = spec;
-      with.parameters.erase(p.name);
-      for (const Axis& axis : effect_axes(model, experiment_, c, with)) {
-        const auto index = static_cast<std::size_t>(axis.parameter);
-        if (model.parameters()[index].key != p.name) continue;
-        for (const std::vector<double>& start : starting_points(model, experiment_, {axis})) {
-          const double x = std::clamp(start.front(), axis.lower, axis.upper);
-          values.push_back(values.front());
-          values.back()[index] = from_search(axis.coordinate, x);
-          starts.push_back({spec, with, p.name, x, 0.0});
-        }
-      }
-    }
-  }
-  /// The member's own coordinates with one more of them.
-  std::vector<double> with_start(const Freed& number) const {
-    const PlantModel& model = standing_.model.model;
-    const Component& c =
-        model.effects()[static_cast<std::size_t>(model.find_effect_at(number.member.effect, number.member.place))];
-    const std::vector<double> values = standing_.model.space.expand(standing_.model.fit.point);
-    std::vector<double> out;
-    for (const Axis& axis : effect_axes(model, experiment_, c, number.with)) {
-      const auto index = static_cast<std::size_t>(axis.parameter);
-      const bool fresh = model.parameters()[index].key == number.key;
-      out.push_back(fresh ? number.start : to_search(axis.coordinate, values[index]));
+    const std::vector<double> rest = energies(problem.residual(now.fit.point, train), blocks);
+    std::map<std::pair<NamedPlace, std::string>, double> best;
+    std::vector<FreeNumber> out;
+    for (FreeNumber& start : starts) {
+      const std::pair<NamedPlace, std::string> name{place_of(start.member), start.key};
+      if (!start.residual.allFinite() || refused_numbers_.count(name) > 0) continue;
+      const double share = largest_share(rest, energies(start.residual, blocks));
+      if (share < kLeastShareOfRest || (best.count(name) > 0 && share <= best[name])) continue;
+      if (best.count(name) > 0) out.pop_back();  // starts of one number follow each other
+      best[name] = share;
+      out.push_back(std::move(start));
     }
     return out;
   }
@@ -245,7 +203,7 @@ class SetSearch {
     for (const EffectSpec& member : standing_.effects) {
       if (member.effect != alone) continue;
       change.out.push_back(place_of(member));
-      limits.push_back({member.effect, member.place, 0.0, member.parameters, own_point(member), {}});
+      limits.push_back({member.effect, member.place, 0.0, member.parameters, own_point(standing_.model, member), {}});
       begin_at_limit(spec, member, change.own.front());
     }
     if (limits.empty()) return false;
@@ -270,11 +228,6 @@ class SetSearch {
       const Parameter& p = with.parameters()[static_cast<std::size_t>(axes[a].parameter)];
       if (p.info->per_joint && p.joint == c.joint) own[a] = std::clamp(axes[a].at(value), axes[a].lower, axes[a].upper);
     }
-  }
-  std::vector<double> own_point(const EffectSpec& member) const {
-    std::vector<double> out;
-    for (const std::size_t a : own_axes(standing_.model, member)) out.push_back(standing_.model.fit.point[a]);
-    return out;
   }
 
   /// What makes sense only together: beside one move, the most promising others of its place that act on the same part
@@ -599,7 +552,7 @@ class SetSearch {
       if (odds > most && !sets_.heldout_difference(rival.set, standing_).speaks_against()) most = odds, best = &rival;
     }
     if (best == nullptr) return false;
-    const std::vector<double> own = own_point(member);
+    const std::vector<double> own = own_point(standing_.model, member);
     std::vector<Rival> rivals = rivals_[place_of(member)];
     for (Rival& r : rivals)
       if (r.effect == best->spec.effect) r = {member.effect, member.place, 0.0, member.parameters, own, {}};

@@ -345,11 +345,11 @@ class Plant {
   void set_chambers(const JointParts& parts, int k, std::span<const double> values) {
     if (!parts.chambers) return;
     const Bound& drive = parts.actuator.front();
-    std::vector<double> own(values.begin() + static_cast<std::ptrdiff_t>(drive.first), values.end());
+    const std::span<const double> given = values.subspan(drive.first, static_cast<std::size_t>(parts.count));
+    std::vector<double> own(given.begin(), given.end());
     for (const Bound& c : parts.effects)
       if (c.hooks->chambers != nullptr) c.hooks->chambers(&values[c.first], own.data());
-    for (int i = 0; i < parts.count; ++i)
-      set_lane(parameters_[drive.first + static_cast<std::size_t>(i)], k, own[static_cast<std::size_t>(i)]);
+    for (std::size_t i = 0; i < own.size(); ++i) set_lane(parameters_[drive.first + i], k, own[i]);
   }
   static void assign_roles(JointParts& parts, const Component& actuator) {
     const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(actuator.type)];
