@@ -263,6 +263,7 @@ TEST(Parts, ASharedPumpTakesThePlaceOfTheLimitsThatJointsSeemToHave) {
   ASSERT_TRUE(out);
   ASSERT_EQ(out->findings.size(), 1u);
   EXPECT_EQ(out->findings.front().effect, "shared_supply");
+  EXPECT_TRUE(out->notes.empty()) << "put in beside the limits, which went afterwards: " << out->notes.front();
   EXPECT_GT(out->findings.front().probability, 0.9);
   for (const char* joint : {"shoulder", "elbow"})
     EXPECT_LT(out->model.model.find_effect_at("actuator_saturation", joint), 0) << joint;
