@@ -100,10 +100,10 @@ class Chambers {
         const Channel& channel = free_run_.channels[c];
         if (!all_finite(predicted[c])) return;
         if (is_pressure(channel)) {
-          PressureTrack one(1);
-          one[0][0] = predicted[c];
+          PressureTrack track(1);
+          track[0][0] = predicted[c];
           const std::vector<double>& time = free_run_.segments[static_cast<std::size_t>(s)].commands->time;
-          course.pressure(channel) = resampled(one, time, given(i).motion->time)[0][0];
+          course.pressure(channel) = resampled(track, time, given(i).motion->time)[0][0];
         } else {
           course.motion.position[static_cast<std::size_t>(channel.joint)] = predicted[c];
         }
