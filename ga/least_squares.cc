@@ -107,16 +107,16 @@ double moved(const Axis& axis, double x, double step) {
 /// Math. Comp. 19 (1965).
 class ProjectedDescent {
  public:
-  /// `jacobian`: at result.point, if it is known.
+  /// From result.point, where `residual` stands.
   ProjectedDescent(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
-                   LeastSquaresResult& result)
+                   Eigen::VectorXd residual, LeastSquaresResult& result)
       : problem_(problem),
         segments_(segments),
         result_(result),
         axes_(problem.space().axes()),
         floor_(least_curvatures(axes_)),
-        prior_(prior_information(axes_)) {
-    residual_ = problem.residual(result.point, segments);
+        prior_(prior_information(axes_)),
+        residual_(std::move(residual)) {
     if (options.jacobian != nullptr) {
       jacobian_ = *options.jacobian;
       normal_ = squared(jacobian_);
@@ -289,8 +289,8 @@ class ProjectedDescent {
 
 /// Leaves point, residual and Jacobian of the end in `result`.
 void descend(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
-             LeastSquaresResult& result) {
-  ProjectedDescent descent(problem, segments, options, result);
+             Eigen::VectorXd residual, LeastSquaresResult& result) {
+  ProjectedDescent descent(problem, segments, options, std::move(residual), result);
   const Eigen::Index rows = problem.layout(segments).back().first + problem.layout(segments).back().count;
   const double least = kLikelihoodShare / static_cast<double>(rows), tolerance = std::max(options.tolerance, least);
   int idle = 0;
@@ -385,10 +385,11 @@ LeastSquaresResult solve_least_squares(Problem& problem, const std::vector<doubl
   result.point = within_bounds(problem.space(), start);
   const auto blocks = problem.layout(segments);
   const Eigen::Index rows = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
-  if (!problem.residual(result.point, segments).allFinite()) {
+  Eigen::VectorXd residual = problem.residual(result.point, segments);
+  if (!residual.allFinite()) {
     throw WorkError("the simulation diverges at the start values: no least-squares fit can begin there");
   }
-  if (problem.space().size() > 0) descend(problem, segments, options, result);
+  if (problem.space().size() > 0) descend(problem, segments, options, std::move(residual), result);
   const std::vector<double> descended = result.point;
   if (problem.space().size() > 0 && options.polish) polish(problem, segments, rows, result);
   if (problem.space().size() == 0 || result.point != descended) {
