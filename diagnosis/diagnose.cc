@@ -26,8 +26,7 @@
 namespace lacuna {
 namespace {
 
-constexpr double kColourError = 1e-3;   ///< of one joint called coloured whose rest is white
-constexpr double kUnseenEnergy = 0.05;  ///< of chi-square of independent samples: a step that gains less is the last
+constexpr double kColourError = 1e-3;       ///< of one joint called coloured whose rest is white
 constexpr double kMoreLikelyThanNot = 0.5;  ///< of a class, for the verdict to rest on it
 
 /// What the findings have explained at a joint of the recordings that were not fitted, and what is left there, both as
@@ -208,8 +207,6 @@ std::vector<Estimate> fit_everything(const CurrentModel& current, const Experime
   Problem problem(current.model, experiment, current.space, options, current.weights);
   LeastSquaresOptions finish;
   finish.polish = false;
-  const Eigen::VectorXd residual = problem.residual(current.fit.point, all);
-  finish.tolerance = kUnseenEnergy / effective_samples(residual, problem.layout(all));
   FitResult fit;
   fit.solution = solve_least_squares(problem, current.fit.point, all, finish);
   fit.values = current.space.expand(fit.solution.point);
