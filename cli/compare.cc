@@ -12,7 +12,6 @@
 #include "cli/command.h"
 #include "cli/pictures.h"
 #include "cli/progress.h"
-#include "cli/recording_choice.h"
 #include "cli/scenario_folders.h"
 #include "cli/simulators.h"
 #include "cli/table.h"
@@ -21,6 +20,7 @@
 #include "reports/wording.h"
 #include "scenarios/error.h"
 #include "scenarios/files.h"
+#include "scenarios/recording_choice.h"
 #include "scenarios/text.h"
 
 namespace lacuna {

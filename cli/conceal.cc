@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "backends/engine.h"
 #include "cli/command.h"
-#include "cli/concealment.h"
 #include "cli/progress.h"
 #include "cli/table.h"
 #include "ga/random.h"
@@ -19,6 +19,7 @@
 #include "scenarios/scenario_parser.h"
 #include "scenarios/sha256.h"
 #include "scenarios/text.h"
+#include "trial/conceal.h"
 
 namespace lacuna {
 namespace {
@@ -30,6 +31,7 @@ struct ConcealFlags {
   std::vector<std::string> effects, recordings;
   std::string engine = "simbody", noise = "white", perturb = "0.1..0.3";
   double visibility = 0.0;
+  Imperfections imperfections;
 };
 
 constexpr std::uintmax_t kMostRobotBytes = std::uintmax_t{64} << 20;
@@ -61,6 +63,7 @@ ConcealOptions understood(const Session& session, const ConcealFlags& flags) {
   out.noise = noise_from_name(flags.noise);
   read_perturb(flags.perturb, out);
   if (flags.visibility > 0.0) out.visibility = flags.visibility;
+  out.imperfections = flags.imperfections;
   out.engine = engine_named(flags.engine);
   out.threads = session.threads;
   out.seed = session.seed;
@@ -107,6 +110,20 @@ void add_law(const LawRecord& law, Json& effect) {
                                 {"value", e.value ? Json(*e.value) : Json(nullptr)}});
 }
 
+Json conditions_of(const Imperfections& imperfections) {
+  Json out = Json::object();
+  const auto add = [&](const char* name, double value) {
+    if (value > 0.0 && std::isfinite(value)) out[name] = value;
+  };
+  add("background", imperfections.background);
+  add("uneven", imperfections.uneven);
+  add("drift", imperfections.drift);
+  add("misplaced", imperfections.misplaced);
+  add("seconds", imperfections.seconds);
+  if (!imperfections.alone.empty()) out["alone"] = imperfections.alone;
+  return out;
+}
+
 Json label_of(const Concealment& made, const ConcealOptions& options, const std::string& name, const Json& hashes) {
   Json effects = Json::array(), truth = Json::object(), noise = Json::object();
   bool partial = false;
@@ -124,6 +141,7 @@ Json label_of(const Concealment& made, const ConcealOptions& options, const std:
           {"case", name},
           {"salt", salt(options.seed)},
           {"effects", effects},
+          {"conditions", conditions_of(options.imperfections)},
           {"partial_payload", partial},
           {"raw_rms_over_noise", made.raw_rms_over_noise},
           {"left_rms_over_noise", made.left_rms_over_noise},
@@ -223,6 +241,31 @@ void add_conceal(CLI::App& app, Session& session) {
                   "Sets strengths so that each effect alone leaves this many times the noise after a plain refit (of\n"
                   "springs and gaps: after one in which the joint may also have the inertia behind them)")
       ->check(CLI::Range(1e-3, 1e4));
+  Imperfections& other = flags->imperfections;
+  command
+      .add_option("--background", other.background,
+                  "A ripple and a slow push at every joint that no effect describes: together they leave this many\n"
+                  "times the noise after a plain refit")
+      ->check(CLI::Range(1e-3, 1e4));
+  command
+      .add_option(
+          "--uneven", other.uneven,
+          "Share, at most, by which the strength of each law hidden at a joint changes along its travel, or with\n"
+          "the command (contacts, delays and transducers are left even)")
+      ->check(CLI::Range(1e-3, 0.99));
+  command
+      .add_option("--drift", other.drift,
+                  "Share, at most, by which the strength of each effect hidden at a joint differs between recordings\n"
+                  "(contacts excepted)")
+      ->check(CLI::Range(1e-3, 0.99));
+  command
+      .add_option("--misplaced", other.misplaced,
+                  "Metres, at most, by which each link's centre of mass lies off the robot file's, along each axis")
+      ->check(CLI::Range(1e-6, 10.0));
+  command.add_option("--seconds", other.seconds, "Recordings of so many seconds at most, from their start")
+      ->check(CLI::Range(1e-3, 1e9));
+  command.add_option("--alone", other.alone,
+                     "The one joint that is commanded: the others' commands stay at their first values");
   command.add_option("--recordings", flags->recordings, "Recordings in which a payload is carried (default: all)")
       ->delimiter(',');
 }

@@ -9,6 +9,10 @@
 #include "reports/report.h"
 #include "scenarios/scenario.h"
 
+namespace CLI {
+class App;
+}
+
 namespace lacuna {
 
 /// A configuration of the robot and what is said about it in a picture.

@@ -10,10 +10,10 @@
 #include "cli/command.h"
 #include "cli/pictures.h"
 #include "cli/progress.h"
-#include "cli/recording_choice.h"
 #include "render/snapshot.h"
 #include "reports/json_text.h"
 #include "scenarios/error.h"
+#include "scenarios/recording_choice.h"
 #include "scenarios/text.h"
 
 namespace lacuna {

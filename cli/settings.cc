@@ -43,22 +43,6 @@ std::optional<EffectSpec> effect_in(const Setting& setting) {
   return EffectSpec{effect, setting.name.substr(0, middle), {}, {}, setting.where};
 }
 
-/// Edit distance: insertions, deletions, replacements.
-std::size_t distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 /// All names that could be meant: the plant's own, and every effect at every place.
 std::vector<std::string> all_names(const PlantModel& model) {
   std::set<std::string> names;
@@ -92,20 +76,6 @@ void put(const PlantModel& model, const Setting& setting, std::vector<double>& v
 }
 
 }  // namespace
-
-std::vector<std::string> near_names(const std::string& name, const std::vector<std::string>& names, std::size_t most) {
-  const std::string shown = name.substr(0, 200);
-  std::vector<std::pair<std::size_t, std::string>> ranked;
-  for (const std::string& candidate : names) {
-    // A part of a name ("gain") is nearer than any misspelling.
-    const bool part = candidate.find(shown) != std::string::npos;
-    ranked.emplace_back(part ? 0 : 1 + distance(shown, candidate), candidate);
-  }
-  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<std::string> out;
-  for (std::size_t i = 0; i < std::min(most, ranked.size()); ++i) out.push_back(ranked[i].second);
-  return out;
-}
 
 SetPlant plant_with(const Scenario& scenario, const std::vector<std::string>& settings) {
   std::vector<Setting> parsed;

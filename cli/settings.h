@@ -19,8 +19,4 @@ struct SetPlant {
 /// (naming near ones), a value that is no number or lies outside the parameter's range.
 SetPlant plant_with(const Scenario& scenario, const std::vector<std::string>& settings);
 
-/// Those of `names` that are most like `name`, nearest first.
-std::vector<std::string> near_names(const std::string& name, const std::vector<std::string>& names,
-                                    std::size_t most = 5);
-
 }  // namespace lacuna

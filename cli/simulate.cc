@@ -11,12 +11,12 @@
 
 #include "cli/command.h"
 #include "cli/progress.h"
-#include "cli/recording_choice.h"
 #include "cli/settings.h"
 #include "cli/table.h"
 #include "reports/json_text.h"
 #include "reports/wording.h"
 #include "scenarios/error.h"
+#include "scenarios/recording_choice.h"
 #include "scenarios/scenario_parser.h"
 #include "scenarios/text.h"
 

@@ -9,7 +9,6 @@
 
 #include "cli/diagnose_run.h"
 #include "cli/progress.h"
-#include "cli/recording_choice.h"
 #include "cli/table.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/diagnosis.h"
@@ -18,6 +17,7 @@
 #include "reports/simulators.h"
 #include "reports/wording.h"
 #include "scenarios/error.h"
+#include "scenarios/recording_choice.h"
 #include "scenarios/scenario_parser.h"
 #include "scenarios/text.h"
 #include "compare/motion.h"

@@ -17,7 +17,7 @@ if(TARGET lacuna_mpi)
   install(TARGETS lacuna_mpi LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endif()
 list(JOIN LACUNA_PACKAGE_ENGINES "|" engines)
-foreach(room scenarios backends physics draft ga study diagnosis diff compare reports render)
+foreach(room scenarios backends physics draft ga study diagnosis diff compare trial reports render)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
   # Headers over a library other than Eigen, and those of the generator, are ours alone.
   list(FILTER headers EXCLUDE REGEX "^backends/(${engines})/|^physics/lanes\\.h$|^reports/(json_text|packed)\\.h$|^scenarios/generate/")

@@ -1,7 +1,7 @@
 # One library, one folder a room. A room may include only rooms below it (checked by the `architecture` test):
-# reports, render, study, diagnosis, compare -> ga -> physics -> backends -> scenarios; diff between reports and diagnosis.
+# reports, render, study, diagnosis, compare -> ga -> physics -> backends -> scenarios; diff and trial between reports and diagnosis.
 file(GLOB_RECURSE LACUNA_SOURCES CONFIGURE_DEPENDS
-  scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc draft/*.cc study/*.cc diagnosis/*.cc diff/*.cc compare/*.cc reports/*.cc render/*.cc)
+  scenarios/*.cc backends/*.cc physics/*.cc ga/*.cc draft/*.cc study/*.cc diagnosis/*.cc diff/*.cc compare/*.cc trial/*.cc reports/*.cc render/*.cc)
 
 list(FILTER LACUNA_SOURCES EXCLUDE REGEX "scenarios/generate/")
 
@@ -32,7 +32,7 @@ include(cmake/page.cmake)
 
 # Rooms that run once a job and are read by people: half the time to compile, none that anyone would notice to run.
 set(LACUNA_PAGES ${LACUNA_SOURCES})
-list(FILTER LACUNA_PAGES INCLUDE REGEX "/(draft|study|reports)/[^/]*$")
+list(FILTER LACUNA_PAGES INCLUDE REGEX "/(draft|study|trial|reports)/[^/]*$")
 list(REMOVE_ITEM LACUNA_SOURCES ${LACUNA_PAGES})
 add_library(lacuna_pages OBJECT ${LACUNA_PAGES} ${LACUNA_PAGE_SOURCE})
 target_include_directories(lacuna_pages PRIVATE $<TARGET_PROPERTY:lacuna,INCLUDE_DIRECTORIES>)

@@ -386,4 +386,23 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
   return fit;
 }
 
+double entry_of(const JointRms& rms, const std::string& joint) {
+  for (const auto& [name, value] : rms) {
+    if (name == joint) return value;
+  }
+  return std::nan("");
+}
+
+double over_noise(const JointRms& rms, const JointRms& noise) {
+  double sum = 0.0;
+  int n = 0;
+  for (const auto& [joint, value] : rms) {
+    const double ratio = value / entry_of(noise, joint);
+    if (!std::isfinite(ratio)) continue;
+    sum += ratio * ratio;
+    ++n;
+  }
+  return n > 0 ? std::sqrt(sum / n) : std::nan("");
+}
+
 }  // namespace lacuna

@@ -42,6 +42,10 @@ struct Estimate {
 
 /// Residual rms per joint in channel units (positions; efforts in command units for inverse dynamics).
 using JointRms = std::vector<std::pair<std::string, double>>;
+/// Value of an entry; NaN where it is absent.
+double entry_of(const JointRms& rms, const std::string& joint);
+/// Root mean square over the joints of rms / noise; NaN where no joint has both.
+double over_noise(const JointRms& rms, const JointRms& noise);
 
 struct FitResult {
   std::string engine, optimizer;

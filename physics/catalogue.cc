@@ -28,6 +28,10 @@ const std::vector<EffectInfo>& effect_table() {
 
 int find_actuator(const std::string& name) { return find_in(actuator_table(), name); }
 int find_effect(const std::string& name) { return find_in(effect_table(), name); }
+bool of_whole_arm(const std::string& effect) {
+  const int index = find_effect(effect);
+  return index >= 0 && effect_table()[static_cast<std::size_t>(index)].where == Where::arm;
+}
 
 bool integrates_flow(int actuator) {
   return actuator >= 0 && Actuators::hooks<double>()[static_cast<std::size_t>(actuator)].flow != nullptr;

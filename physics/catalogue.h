@@ -92,5 +92,7 @@ bool suits(int effect, int actuator);
 /// Index in the table, or -1.
 int find_actuator(const std::string& name);
 int find_effect(const std::string& name);
+/// Whether the effect acts on the whole arm; a joint may be named "arm", too.
+bool of_whole_arm(const std::string& effect);
 
 }  // namespace lacuna

@@ -80,6 +80,14 @@ class Plant {
     foundation_.set_gravity(k, model_->gravity(values));
   }
 
+  /// Changes one parameter while a motion lasts, until the next bind(): of a component whose efforts, commands or dry
+  /// friction it enters. What bind() alone looks at (masses, armatures, chambers, gravity) stays.
+  void vary(int parameter, const T& value) {
+    parameters_[static_cast<std::size_t>(parameter)] = value;
+    for (const JointParts& parts : joints_)
+      for (const Bound& c : parts.effects) c.known = false;
+  }
+
   /// s, how late the command of joint j arrives; `delayed(j)` says whether any component delays it at all.
   bool delayed(int j) const {
     for (const Bound& c : joint(j).effects) {

@@ -57,6 +57,7 @@ class TruthRun {
       : plant_(model, By::dynamics(model, options)),
         segment_(segment),
         options_(options),
+        values_(values.begin(), values.end()),
         n_(static_cast<std::size_t>(model.dof())),
         memory_(static_cast<std::size_t>(plant_.memories()), T(0.0)),
         u_(n_, T(0.0)),
@@ -184,6 +185,12 @@ class TruthRun {
   }
 
   Instant<T> instant(const T& since, const State& x) {
+    for (const UnevenParameter& p : options_.uneven) {
+      const std::size_t j = static_cast<std::size_t>(p.joint);
+      const T phase = ((p.over_command ? u_[j] : x[j]) - T(p.centre)) / T(p.width);
+      plant_.vary(p.parameter, T(values_[static_cast<std::size_t>(p.parameter)]) *
+                                   (T(1.0) + T(p.share) * std::sin(T(2.0) * std::numbers::pi_v<T> * phase)));
+    }
     Instant<T> now{T(segment_.session) + t_ + since, since, x.data() + n_, T(0.0), x.data()};
     plant_.share(now, x.data(), x.data() + n_, u_.data(), memory_.data());
     return now;
@@ -441,6 +448,7 @@ class TruthRun {
   Plant<T, typename By::Dyn> plant_;
   const Segment& segment_;
   const TruthOptions& options_;
+  std::vector<double> values_;
   std::size_t n_;
   T t_ = T(0.0), next_jump_ = T(HUGE_VAL);     // s
   double step_ = 0.0;                          // s, the next one to try

@@ -18,6 +18,15 @@
 
 namespace lacuna {
 
+/// A parameter that is not constant: value (1 + share sin(2 pi (x - centre) / width)), x the joint's position or, where
+/// the effect stands on the command's way, its command.
+struct UnevenParameter {
+  int parameter = 0, joint = 0;  ///< of the plant
+  bool over_command = false;
+  double share = 0.0;                ///< below 1
+  double centre = 0.0, width = 1.0;  ///< rad (m), or the command's unit
+};
+
 /// What a simulation took.
 struct TruthEffort {
   long evaluations = 0;  ///< of the forward dynamics
@@ -33,6 +42,7 @@ struct TruthOptions {
   /// reference. The robot's and the plant's numbers stay the doubles that they are.
   bool extended_precision = false;
   std::vector<OutsidePhysics> outside;  ///< but for repeated samples, which recordings have and motions do not
+  std::vector<UnevenParameter> uneven;  ///< as Plant::vary() takes them
   TruthEffort* effort = nullptr;        ///< filled where not null
   const StopFlag* stop = nullptr;
 };

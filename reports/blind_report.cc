@@ -32,7 +32,11 @@ Json json_of(const BlindLabel& label) {
   for (const BlindLabel::Effect& hidden : label.effects)
     effects.push_back(
         {{"effect", hidden.effect}, {"location", hidden.place}, {"strength", number_or_null(hidden.strength)}});
-  return {{"effects", effects}, {"left_rms_over_noise", number_or_null(label.left_rms_over_noise)}};
+  Json conditions = Json::object();
+  for (const auto& [name, much] : label.conditions) conditions[name] = number_or_null(much);
+  return {{"effects", effects},
+          {"conditions", conditions},
+          {"left_rms_over_noise", number_or_null(label.left_rms_over_noise)}};
 }
 
 Json json_of(const BlindLabel::Effect& hidden, const LawScore& law) {
@@ -245,6 +249,43 @@ std::string right_word(const std::string& hidden) {
   return find_effect(hidden) < 0 ? "unknown_physics" : hidden;
 }
 
+/// A label's condition in words.
+std::string condition_words(const std::string& name) {
+  static const std::map<std::string, std::string> kWords{
+      {"background", "a ripple and a slow push at every joint that no effect describes"},
+      {"uneven", "laws whose strength changes along their way"},
+      {"drift", "laws whose strength differs between recordings"},
+      {"misplaced", "centres of mass that the URDF has wrong"},
+      {"seconds", "short recordings"},
+      {"alone", "one joint alone commanded"},
+      {"everywhere", "one effect at three joints or more"},
+      {"none", "none of these"}};
+  const auto at = kWords.find(name);
+  return at == kWords.end() ? name : at->second;
+}
+
+Html condition_section(const std::vector<std::pair<std::string, BlindTotals>>& by_condition) {
+  if (by_condition.empty()) return {};
+  Table table({{"condition"},
+               {"cases", true},
+               {"right", true},
+               {"false alarms where nothing was hidden", true},
+               {"place", true},
+               {"class", true},
+               {"mean F1 of several", true},
+               {"claims above 0.9 that are true", true}});
+  const auto share = [](const Rate& rate) { return text(rate.of > 0 ? out_of(rate) : "\u2013"); };
+  for (const auto& [name, t] : by_condition)
+    table.row({text(condition_words(name)), text(std::to_string(t.cases)), share(t.correct), share(t.null_false_alarms),
+               share(t.location_top1), share(t.class_top1), text(t.several > 0 ? number(t.set_f1, 3) : "\u2013"),
+               share(t.claims_above_09)});
+  return table.html() + paragraph(
+                            "A case may stand under several conditions. Where a machine is unlike any model, what is "
+                            "claimed must be true and what was hidden must be claimed; that something unknown is left "
+                            "may be said, too.",
+                            "muted small");
+}
+
 Html confusion_section(const BlindTotals& t) {
   if (t.confusion.empty()) return {};
   std::set<std::string> said;
@@ -374,19 +415,16 @@ std::string lead_sentence(const BlindTotals& t) {
 
 std::string to_json(const std::vector<BlindCase>& cases, const Context& context) {
   const BlindTotals totals = total(cases);
-  Json records = Json::array(), confusion = Json::object();
+  Json records = Json::array(), confusion = Json::object(), conditions = Json::object();
+  for (const auto& [name, under] : totals_by_condition(cases)) conditions[name] = json_of(under);
   for (const BlindCase& one : cases) records.push_back(json_of(one));
   for (const auto& [hidden, row] : totals.confusion)
     for (const auto& [word, count] : row) confusion[hidden][word] = count;
-  const Json out{{"format", "lacuna-blind/1"},
-                 {"seed", context.seed},
-                 {"version", context.version},
-                 {"totals", json_of(totals)},
-                 {"accuracy_by_strength", strength_of(totals)},
-                 {"confusion", confusion},
-                 {"baselines", json_of(totals.baselines)},
-                 {"cases", records},
-                 {"context", Json::parse(to_json(context))}};
+  const Json out{{"format", "lacuna-blind/1"}, {"seed", context.seed},
+                 {"version", context.version}, {"totals", json_of(totals)},
+                 {"by_condition", conditions}, {"accuracy_by_strength", strength_of(totals)},
+                 {"confusion", confusion},     {"baselines", json_of(totals.baselines)},
+                 {"cases", records},           {"context", Json::parse(to_json(context))}};
   return json_text(out);
 }
 
@@ -399,6 +437,7 @@ std::string blind_page(const std::vector<BlindCase>& cases, const std::string& f
   if (t.class_top1.of > 0) page.tile("Class right", percent(t.class_top1.share()), out_of(t.class_top1));
   page.tile("Time", duration(t.seconds), "longest case " + duration(t.longest));
   page.section("Totals", totals_section(t));
+  page.section("Conditions", condition_section(totals_by_condition(cases)));
   page.section("Outside the catalogue", outside_section(t));
   page.section("Confusion", confusion_section(t));
   page.section("Calibration", calibration_section(t));

@@ -293,11 +293,6 @@ std::string effect_title(const std::string& effect) {
   return index < 0 ? effect : effect_table()[static_cast<std::size_t>(index)].title;
 }
 
-bool of_whole_arm(const std::string& effect) {
-  const int index = find_effect(effect);
-  return index >= 0 && effect_table()[static_cast<std::size_t>(index)].where == Where::arm;
-}
-
 std::string place_words(const std::string& effect, const std::string& place) {
   return of_whole_arm(effect) ? "the arm" : place;
 }
@@ -327,31 +322,12 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
   return slides ? "m" : "rad";
 }
 
-double entry_of(const JointRms& rms, const std::string& joint) {
-  for (const auto& [name, value] : rms) {
-    if (name == joint) return value;
-  }
-  return std::nan("");
-}
-
 const JointRms& rms_in(const FitResult& fit, Role role) {
   static const JointRms kNone;
   for (const auto& [r, rms] : fit.rms) {
     if (r == role) return rms;
   }
   return kNone;
-}
-
-double over_noise(const JointRms& rms, const JointRms& noise) {
-  double sum = 0.0;
-  int n = 0;
-  for (const auto& [joint, value] : rms) {
-    const double ratio = value / entry_of(noise, joint);
-    if (!std::isfinite(ratio)) continue;
-    sum += ratio * ratio;
-    ++n;
-  }
-  return n > 0 ? std::sqrt(sum / n) : std::nan("");
 }
 
 Role judged_role(const FitResult& fit) {

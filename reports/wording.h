@@ -39,8 +39,6 @@ std::string list_of(const std::vector<std::string>& items);
 
 /// "Coulomb friction" for coulomb_friction; an unknown name stays as it is.
 std::string effect_title(const std::string& effect);
-/// Whether the effect acts on the whole arm; a joint may be named "arm", too.
-bool of_whole_arm(const std::string& effect);
 /// Where an effect acts: "joint_2", or "the arm".
 std::string place_words(const std::string& effect, const std::string& place);
 
@@ -48,12 +46,8 @@ std::string place_words(const std::string& effect, const std::string& place);
 /// not say.
 std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, const std::string& entry);
 
-/// Value of an entry; NaN where it is absent.
-double entry_of(const JointRms& rms, const std::string& joint);
 /// rms table of a role; empty where it is absent.
 const JointRms& rms_in(const FitResult& fit, Role role);
-/// Root mean square over the joints of rms / noise; NaN where no joint has both.
-double over_noise(const JointRms& rms, const JointRms& noise);
 
 /// The role that a claim about improvement rests on: test, else validate, else train.
 Role judged_role(const FitResult& fit);

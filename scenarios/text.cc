@@ -10,6 +10,22 @@
 namespace lacuna {
 namespace {
 
+/// Edit distance: insertions, deletions, replacements.
+std::size_t distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
 bool is_continuation(unsigned char byte) { return (byte & 0xC0) == 0x80; }
 
 /// Length of the valid UTF-8 character at the start of `text`, or 0.
@@ -111,6 +127,20 @@ std::string one_of(const std::vector<std::string>& names, std::size_t limit) {
     if (i > 0) out += i + 1 == names.size() ? " or " : ", ";
     out += printable(names[i], 60);
   }
+  return out;
+}
+
+std::vector<std::string> near_names(const std::string& name, const std::vector<std::string>& names, std::size_t most) {
+  const std::string shown = name.substr(0, 200);
+  std::vector<std::pair<std::size_t, std::string>> ranked;
+  for (const std::string& candidate : names) {
+    // A part of a name ("gain") is nearer than any misspelling.
+    const bool part = candidate.find(shown) != std::string::npos;
+    ranked.emplace_back(part ? 0 : 1 + distance(shown, candidate), candidate);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < std::min(most, ranked.size()); ++i) out.push_back(ranked[i].second);
   return out;
 }
 

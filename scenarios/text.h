@@ -25,4 +25,8 @@ std::string format_number(double value);
 /// "a, b or c", at most `limit` names.
 std::string one_of(const std::vector<std::string>& names, std::size_t limit = 24);
 
+/// Those of `names` that are most like `name`, nearest first.
+std::vector<std::string> near_names(const std::string& name, const std::vector<std::string>& names,
+                                    std::size_t most = 5);
+
 }  // namespace lacuna

@@ -327,6 +327,24 @@ TEST(Conceal, KeepsThePressuresOfAHydraulicDriveAndTheyDriveTheCase) {
   for (std::size_t k = 0; k < kLooked; ++k) EXPECT_NEAR(moved.at("degrees")[k], measured[k], 0.3) << k;
 }
 
+TEST(Conceal, TheLabelSaysWhatElseTheMachineHas) {
+  const Arm arm;
+  const fs::path out = arm.folder() / "case";
+  ASSERT_EQ(lacuna(conceal(arm, out,
+                           {"--effect", "coulomb_friction:elbow:3", "--background", "0.7", "--uneven", "0.3", "--drift",
+                            "0.2", "--misplaced", "0.01", "--seconds", "3", "--alone", "elbow"}))
+                .code,
+            0);
+  const auto conditions = json_file(out / "label.json").at("conditions");
+  EXPECT_EQ(conditions, nlohmann::json::parse(R"({"background": 0.7, "uneven": 0.3, "drift": 0.2, "misplaced": 0.01,
+                                                  "seconds": 3.0, "alone": "elbow"})"));
+  EXPECT_LE(columns_of(text_of(out / "train.csv")).at("t").back(), 3.0 + 1e-9);
+  const std::string scenario = text_of(out / "scenario.yaml");
+  for (const char* word : {"background", "uneven", "com_shift"}) EXPECT_EQ(scenario.find(word), std::string::npos);
+  expect_refused(lacuna(conceal(arm, arm.folder() / "other", {"--alone", "wrist"})), kBadInput, "--alone");
+  expect_refused(lacuna(conceal(arm, arm.folder() / "other", {"--uneven", "1.5"})), kBadInput, "--uneven");
+}
+
 TEST(Conceal, RefusesMeasuredEffortsWithoutACommand) {
   const Arm arm;
   const std::string measured = replaced(kArmScenario, "  command: {elbow: u}\n", "  effort: {elbow: u}\n") +

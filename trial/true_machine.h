@@ -8,10 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "cli/concealment.h"
-#include "cli/outside_case.h"
 #include "ga/search_space.h"
 #include "physics/experiment.h"
+#include "trial/conceal.h"
+#include "trial/imperfections.h"
+#include "trial/outside_case.h"
 
 namespace lacuna {
 
@@ -27,6 +28,12 @@ class Hidden {
   const HiddenEffect& asked() const { return asked_; }
   double strength() const;  ///< the leading parameter
   const char* contains() const { return info_.contains; }
+  /// Of a joint's law other than a contact's: one whose strength may change with the place, the command or the
+  /// recording.
+  bool varies() const;
+  Stage stage() const { return info_.stage; }
+  /// Positions among its parameters of those that its strength is proportional to.
+  std::vector<int> proportional() const;
   /// The effect `factor` times as strong; a contact whose place was not given: so many times as far inside the end of
   /// the travel.
   EffectSpec spec(double factor) const;
@@ -44,12 +51,20 @@ class Hidden {
   std::optional<std::pair<double, double>> reach_;  ///< rad (m), the travel in which a contact is moved
 };
 
+/// What acts in a machine besides its plain plant.
+struct TrueLaws {
+  std::vector<EffectSpec> effects;
+  std::vector<OutsidePhysics> outside;
+  Background background = {};
+  bool imperfect = false;  ///< the first effects are the hidden ones, uneven and drifting as the options say
+};
+
 /// What it does, and what a plain refit leaves of that. Keeps references to the scenario and the options.
 class TrueMachine {
  public:
   using Channels = std::vector<std::vector<double>>;  ///< [channel][sample]
 
-  /// Throws InputError.
+  /// Throws InputError, WorkError where a background cannot be made as large as asked.
   TrueMachine(const Scenario& scenario, const ConcealOptions& options);
 
   std::vector<Hidden> hidden;
@@ -60,17 +75,17 @@ class TrueMachine {
   const std::vector<double>& values() const { return values_; }
 
   /// [segment][channel][sample], noise-free; repeated samples not yet repeated.
-  std::vector<Channels> motion(std::span<const int> segments, const std::vector<EffectSpec>& effects,
-                               const std::vector<OutsidePhysics>& others, double tolerance) const;
+  std::vector<Channels> motion(std::span<const int> segments, const TrueLaws& laws, double tolerance) const;
   /// Where it goes in the train recordings with these.
-  Travel travel(const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others) const;
+  Travel travel(const TrueLaws& laws) const;
   /// Raw and left rms over noise of the train recordings: against the plain plant at the true values, and refitted,
   /// together with `besides` where given.
-  std::pair<double, double> visibility(const std::vector<EffectSpec>& effects,
-                                       const std::vector<OutsidePhysics>& others, double tolerance,
+  std::pair<double, double> visibility(const TrueLaws& laws, double tolerance,
                                        const std::vector<EffectSpec>& besides = {}) const;
   /// Scales each effect to what the options ask of its visibility. Throws WorkError where that cannot be reached.
   void set_strengths();
+  /// Everything that is hidden, at its strength.
+  TrueLaws laws() const;
 
  private:
   void add(const HiddenEffect& asked, std::size_t index);
@@ -80,8 +95,13 @@ class TrueMachine {
   void set_strength(OutsidePhysics& physics, double strength) const;
   void begin_at_samples(std::vector<std::vector<double>>& times) const;
   std::vector<Channels> simulated(std::span<const int> segments, const std::vector<Channel>& channels,
-                                  const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others,
-                                  double tolerance) const;
+                                  const TrueLaws& laws, double tolerance) const;
+  std::vector<EffectSpec> effects_in(int recording, const TrueLaws& laws) const;
+  void add_uneven();
+  void add_background();
+  double response(const std::vector<Channels>& still, const Background& background) const;
+  std::vector<UnevenParameter> uneven_in(const PlantModel& model) const;
+  const Travel& plain_travel();
 
   const Scenario& scenario_;
   const ConcealOptions& options_;
@@ -91,6 +111,9 @@ class TrueMachine {
   std::vector<double> values_;
   std::vector<int> train_;
   std::optional<Travel> plain_travel_;  ///< once a form was drawn within it
+  std::vector<UnevenLaw> uneven_;       ///< one a hidden effect
+  Background background_;
+  std::vector<EffectSpec> misplaced_;
 };
 
 }  // namespace lacuna

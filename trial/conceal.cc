@@ -1,4 +1,4 @@
-#include "cli/concealment.h"
+#include "trial/conceal.h"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,11 @@
 #include <map>
 #include <tuple>
 
-#include "cli/recording_choice.h"
-#include "cli/settings.h"
-#include "cli/true_machine.h"
 #include "ga/random.h"
 #include "scenarios/error.h"
+#include "scenarios/recording_choice.h"
 #include "scenarios/text.h"
+#include "trial/true_machine.h"
 
 namespace lacuna {
 namespace {
@@ -170,12 +169,12 @@ void check_files(const Scenario& runs, const std::vector<HiddenEffect>& effects)
 }
 
 std::vector<ConcealedEffect> concealed_effects(const Scenario& runs, const TrueMachine& machine,
-                                               const std::vector<EffectSpec>& effects, const ConcealOptions& options) {
+                                               const ConcealOptions& options) {
   std::vector<ConcealedEffect> out;
   for (const Hidden& effect : machine.hidden)
     out.push_back({effect.asked(), effect.strength(), effect.parameters(), {}});
   if (machine.outside.empty()) return out;
-  const Travel travel = machine.travel(effects, machine.outside);
+  const Travel travel = machine.travel(machine.laws());
   std::vector<std::string> files;
   for (const RecordingSpec& spec : runs.recordings) files.push_back(csv_name(spec.file));
   std::size_t outside = 0;
@@ -189,12 +188,11 @@ std::vector<ConcealedEffect> concealed_effects(const Scenario& runs, const TrueM
 
 /// One recording per entry of `runs`, noise included.
 std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, const TrueMachine& machine,
-                                                         const std::vector<EffectSpec>& effects,
                                                          const ConcealOptions& options) {
   const Experiment& experiment = machine.experiment();
   std::vector<int> all(experiment.segments.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const std::vector<Channels> moved = machine.motion(all, effects, machine.outside, kTruthTolerance);
+  const std::vector<Channels> moved = machine.motion(all, machine.laws(), kTruthTolerance);
   std::vector<std::shared_ptr<const Recording>> out(runs.recordings.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Segment& segment = experiment.segments[i];
@@ -228,38 +226,6 @@ std::vector<std::pair<std::string, double>> noise_of(const Experiment& experimen
 
 }  // namespace
 
-HiddenEffect parse_hidden_effect(const std::string& text) {
-  const std::string where = "--effect " + printable(text, 80),
-                    form = "NAME:WHERE, NAME:WHERE:VALUE or NAME:WHERE:p=VALUE,...";
-  const std::size_t first = text.find(':');
-  if (first == std::string::npos || first == 0) throw InputError(where, quoted(text), form);
-  const std::size_t second = text.find(':', first + 1);
-  HiddenEffect out;
-  out.effect = text.substr(0, first);
-  out.place = text.substr(first + 1, second == std::string::npos ? std::string::npos : second - first - 1);
-  out.outside = outside_physics_named(out.effect);
-  const int type = find_effect(out.effect);
-  if (!out.outside && (type < 0 || effect_table()[static_cast<std::size_t>(type)].learned)) {
-    std::vector<std::string> names = outside_physics_names();
-    for (const EffectInfo& info : effect_table())
-      if (!info.learned) names.emplace_back(info.name);
-    throw InputError(where, "the effect " + quoted(out.effect), one_of(near_names(out.effect, names)));
-  }
-  if (second == std::string::npos) return out;
-  for (std::size_t begin = second + 1; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string part = text.substr(begin, end - begin);
-    const std::size_t equals = part.find('=');
-    const std::string name = equals == std::string::npos ? "" : part.substr(0, equals);
-    const auto value = parse_number(equals == std::string::npos ? part : part.substr(equals + 1));
-    if (!value || !std::isfinite(*value) || (name.empty() && (equals == 0 || !out.given.empty())))
-      throw InputError(where, quoted(part), form);
-    out.given.emplace_back(name, *value);
-    begin = end + 1;
-  }
-  return out;
-}
-
 const char* to_string(NoiseKind kind) {
   switch (kind) {
     case NoiseKind::white: return "white";
@@ -274,20 +240,18 @@ NoiseKind noise_from_name(const std::string& name) {
   throw InputError("--noise", quoted(name), "white, coloured or quantised");
 }
 
-Concealment conceal(const Scenario& scenario, const ConcealOptions& options) {
-  refuse_undriven(scenario);
+Concealment conceal(const Scenario& original, const ConcealOptions& options) {
+  refuse_undriven(original);
+  const Scenario scenario = shortened(original, options.imperfections);
   const Scenario runs = free_runs_of(scenario);
   refuse_shared_names(runs);
   check_files(runs, options.effects);
   TrueMachine machine(runs, options);
   machine.set_strengths();
-  std::vector<EffectSpec> effects;
-  for (const Hidden& effect : machine.hidden) effects.push_back(effect.spec(1.0));
   Concealment out;
-  out.effects = concealed_effects(runs, machine, effects, options);
-  std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) =
-      machine.visibility(effects, machine.outside, kTruthTolerance);
-  out.scenario = handed_over(scenario, runs, machine.experiment(), record_all(runs, machine, effects, options));
+  out.effects = concealed_effects(runs, machine, options);
+  std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) = machine.visibility(machine.laws(), kTruthTolerance);
+  out.scenario = handed_over(scenario, runs, machine.experiment(), record_all(runs, machine, options));
   out.truth = truth_of(machine);
   out.noise = noise_of(machine.experiment());
   return out;

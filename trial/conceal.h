@@ -12,19 +12,10 @@
 #include <vector>
 
 #include "physics/truth.h"
+#include "trial/hidden_effect.h"
+#include "trial/imperfections.h"
 
 namespace lacuna {
-
-/// One `--effect`: a catalogue effect, or physics outside the catalogue.
-struct HiddenEffect {
-  std::string effect, place;
-  std::vector<std::pair<std::string, double>> given;  ///< parameters with values; "" names the leading one
-  std::optional<OutsidePhysics::Kind> outside;
-  std::vector<std::string> recordings;  ///< files in which it acts; empty: all
-};
-
-/// "coulomb_friction:joint_2:25", "stribeck_friction:joint_2:Fc=8,Fs=12", "payload:arm". Throws InputError.
-HiddenEffect parse_hidden_effect(const std::string& text);
 
 enum class NoiseKind {
   white,
@@ -39,6 +30,7 @@ struct ConcealOptions {
   std::vector<HiddenEffect> effects;
   NoiseKind noise = NoiseKind::white;
   double perturb_least = 0.1, perturb_most = 0.3;  ///< share by which each free parameter is moved, up or down
+  Imperfections imperfections;
   std::optional<double> visibility;  ///< left rms over noise that each effect alone shall have after a plain refit
   std::string engine = "simbody";
   int threads = 1;

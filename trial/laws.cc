@@ -1,4 +1,4 @@
-#include "reports/blind_laws.h"
+#include "trial/laws.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "cli/outside_case.h"
+#include "trial/outside_case.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "cli/true_machine.h"
+#include "trial/true_machine.h"
 
 #include <fmt/format.h>
 
@@ -16,12 +16,14 @@ namespace {
 
 constexpr double kUnknownNoise = 1e-3;  // of a channel's range, where the scenario neither states nor shows its noise
 constexpr int kRefitIterations = 20;
-constexpr double kBeyondTravel = 1.5;     // of half the travel: where a contact that does nothing is put
-constexpr double kWellBeyond = 3.0;       // the least that makes an effect what its name says
-constexpr double kRoughTolerance = 1e-6;  // of the truth's steps while a strength is sought
+constexpr double kBeyondTravel = 1.5;      // of half the travel: where a contact that does nothing is put
+constexpr double kWellBeyond = 3.0;        // the least that makes an effect what its name says
+constexpr double kBackgroundShare = 1e-3;  // of typical efforts: what a background's response is measured with
+constexpr double kUnmoved = 1e-9;          // of the noise: a joint whose drive lets nothing move it
+constexpr double kRoughTolerance = 1e-6;   // of the truth's steps while a strength is sought
 
 /// Uses of random draws: each has streams of its own, other than the recordings' noise.
-enum Purpose : std::uint32_t { kPerturb = 41, kWhen = 43, kForm = 45 };
+enum Purpose : std::uint32_t { kPerturb = 41, kWhen = 43, kForm = 45, kUneven = 47, kDrift = 48 };
 
 void set_noise(Experiment& experiment) {
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
@@ -203,37 +205,81 @@ TrueMachine::TrueMachine(const Scenario& scenario, const ConcealOptions& options
   if (train_.empty()) throw InputError(scenario.file.string() + ": recordings", "none with role train", "at least one");
   set_noise(experiment_);
   for (std::size_t k = 0; k < options.effects.size(); ++k) add(options.effects[k], k);
+  if (options.imperfections.uneven > 0.0) add_uneven();
+  if (options.imperfections.background > 0.0) add_background();
+  if (options.imperfections.misplaced > 0.0)
+    misplaced_ = misplaced_centres(options.imperfections.misplaced, plain_, options.effects, options.seed);
 }
 
-std::vector<TrueMachine::Channels> TrueMachine::motion(std::span<const int> segments,
-                                                       const std::vector<EffectSpec>& effects,
-                                                       const std::vector<OutsidePhysics>& others,
+bool Hidden::varies() const {
+  const bool contact = std::any_of(parameters_.begin(), parameters_.end(),
+                                   [](const EffectParameter& p) { return p.info->scale == Scale::reach; });
+  return info_.where == Where::joint && !contact;
+}
+
+std::vector<int> Hidden::proportional() const {
+  std::vector<int> out;
+  for (std::size_t k = 0; k < values_.size(); ++k) {
+    const double value = values_[k];
+    if (value != 0.0 && strengthened(info_, *parameters_[k].info, value, 2.0) == 2.0 * value)
+      out.push_back(static_cast<int>(k));
+  }
+  return out;
+}
+
+std::vector<TrueMachine::Channels> TrueMachine::motion(std::span<const int> segments, const TrueLaws& laws,
                                                        double tolerance) const {
-  return simulated(segments, experiment_.channels, effects, others, tolerance);
+  return simulated(segments, experiment_.channels, laws, tolerance);
+}
+
+/// As strong as they are in this recording.
+std::vector<EffectSpec> TrueMachine::effects_in(int recording, const TrueLaws& laws) const {
+  std::vector<EffectSpec> out = laws.effects;
+  const double share = options_.imperfections.drift;
+  if (!laws.imperfect || share == 0.0) return out;
+  for (std::size_t k = 0; k < hidden.size(); ++k) {
+    RandomStream stream(options_.seed, static_cast<std::uint32_t>(recording), static_cast<std::uint32_t>(k), kDrift);
+    if (hidden[k].varies()) out[k] = hidden[k].spec(1.0 + share * stream.uniform(-1.0, 1.0));
+  }
+  return out;
+}
+
+/// Of a plant whose effects begin with its own, then the hidden ones.
+std::vector<UnevenParameter> TrueMachine::uneven_in(const PlantModel& model) const {
+  std::vector<UnevenParameter> out;
+  for (std::size_t k = 0; k < uneven_.size(); ++k) {
+    const Component& component = model.effects()[plain_.effects().size() + k];
+    if (uneven_[k].share == 0.0) continue;
+    for (const int p : hidden[k].proportional())
+      out.push_back({component.first + p, component.joint, uneven_[k].over_command, uneven_[k].share, uneven_[k].centre,
+                     uneven_[k].width});
+  }
+  return out;
 }
 
 std::vector<TrueMachine::Channels> TrueMachine::simulated(std::span<const int> segments,
-                                                          const std::vector<Channel>& channels,
-                                                          const std::vector<EffectSpec>& effects,
-                                                          const std::vector<OutsidePhysics>& others,
+                                                          const std::vector<Channel>& channels, const TrueLaws& laws,
                                                           double tolerance) const {
-  const PlantModel model = plain_.with_effects(effects);
-  std::vector<double> values = model.values();
-  std::copy(values_.begin(), values_.end(), values.begin());
-  TruthOptions truth{.engine = options_.engine, .tolerance = tolerance, .outside = others, .stop = options_.stop};
   std::vector<Channels> out(segments.size());
   parallel_for(
       options_.threads, static_cast<int>(segments.size()),
       [&](int, int piece) {
         const std::size_t i = static_cast<std::size_t>(piece);
-        const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments[i])];
+        Segment segment = experiment_.segments[static_cast<std::size_t>(segments[i])];
+        const PlantModel model = plain_.with_effects(effects_in(segment.recording, laws));
+        std::vector<double> values = model.values();
+        std::copy(values_.begin(), values_.end(), values.begin());
+        TruthOptions truth{
+            .engine = options_.engine, .tolerance = tolerance, .outside = laws.outside, .stop = options_.stop};
+        if (laws.imperfect) truth.uneven = uneven_in(model);
+        if (!laws.background.none()) laws.background.act(segment, truth.outside);
         out[i] = simulate_truth(model, segment, channels, model.values_in(segment.file, values), truth);
       },
       options_.stop);
   return out;
 }
 
-Travel TrueMachine::travel(const std::vector<EffectSpec>& effects, const std::vector<OutsidePhysics>& others) const {
+Travel TrueMachine::travel(const TrueLaws& laws) const {
   const std::size_t n = static_cast<std::size_t>(plain_.dof());
   std::vector<Channel> channels;
   for (std::size_t k = 0; k < 2 * n; ++k) {
@@ -241,7 +287,7 @@ Travel TrueMachine::travel(const std::vector<EffectSpec>& effects, const std::ve
     channels.back().kind = k < n ? ChannelKind::position : ChannelKind::velocity;
     channels.back().joint = static_cast<int>(k % n);
   }
-  const auto moved = simulated(train_, channels, effects, others, kRoughTolerance);
+  const auto moved = simulated(train_, channels, laws, kRoughTolerance);
   const auto range = [](const std::vector<double>& x) {
     const auto [low, high] = std::minmax_element(x.begin(), x.end());
     return Travel::Range{*low, *high};
@@ -263,15 +309,14 @@ Travel TrueMachine::travel(const std::vector<EffectSpec>& effects, const std::ve
   return out;
 }
 
-std::pair<double, double> TrueMachine::visibility(const std::vector<EffectSpec>& effects,
-                                                  const std::vector<OutsidePhysics>& others, double tolerance,
+std::pair<double, double> TrueMachine::visibility(const TrueLaws& laws, double tolerance,
                                                   const std::vector<EffectSpec>& besides) const {
-  std::vector<Channels> moved = motion(train_, effects, others, tolerance);
+  std::vector<Channels> moved = motion(train_, laws, tolerance);
   Experiment seen = experiment_;
   for (std::size_t i = 0; i < train_.size(); ++i) {
     Segment& segment = seen.segments[static_cast<std::size_t>(train_[i])];
     for (std::size_t c = 0; c < seen.channels.size(); ++c)
-      repeat_samples(others, seen.channels[c], segment, moved[i][c]);
+      repeat_samples(laws.outside, seen.channels[c], segment, moved[i][c]);
     segment.measured = moved[i];
     for (std::size_t c = 0; c < seen.channels.size(); ++c) {
       const std::size_t j = static_cast<std::size_t>(seen.channels[c].joint);
@@ -315,7 +360,7 @@ void TrueMachine::set_strengths() {
     std::vector<EffectSpec> besides;
     if (effect.contains() != nullptr) besides.push_back({effect.contains(), effect.asked().place, {}, {}, "--effect"});
     effect.scale(factor_for(*options_.visibility, name, 0.0, [&](double factor) {
-      return visibility({effect.spec(factor)}, {}, kRoughTolerance, besides).second;
+      return visibility({.effects = {effect.spec(factor)}}, kRoughTolerance, besides).second;
     }));
   }
   for (OutsidePhysics& physics : outside) {
@@ -325,10 +370,62 @@ void TrueMachine::set_strengths() {
     const double factor = factor_for(*options_.visibility, to_string(physics.kind), step, [&](double tried) {
       OutsidePhysics scaled = physics;
       set_strength(scaled, tried * start);
-      return visibility({}, {scaled}, kRoughTolerance).second;
+      return visibility({.outside = {scaled}}, kRoughTolerance).second;
     });
     set_strength(physics, factor * start);
   }
+}
+
+/// rms over noise of what it changes in the train recordings, all channels together.
+double TrueMachine::response(const std::vector<Channels>& still, const Background& background) const {
+  const std::vector<Channels> moved = motion(train_, {.background = background}, kRoughTolerance);
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    for (std::size_t c = 0; c < moved[i].size(); ++c)
+      for (std::size_t k = 0; k < moved[i][c].size(); ++k, ++count)
+        sum += std::pow((moved[i][c][k] - still[i][c][k]) / experiment_.channels[c].noise, 2);
+  return std::sqrt(sum / count);
+}
+
+/// Every joint's own changes the motion by as much, and all together leave what the options ask for.
+void TrueMachine::add_background() {
+  std::vector<double> sizes;
+  for (int j = 0; j < plain_.dof(); ++j)
+    sizes.push_back(kBackgroundShare * typical_size(Scale::effort, plain_, experiment_, j, values_));
+  Background unit(sizes, plain_travel(), options_.seed);
+  const std::vector<Channels> still = motion(train_, {}, kRoughTolerance);
+  for (std::size_t j = 0; j < unit.joints(); ++j) {
+    const double seen = response(still, unit.only(j));
+    unit.scale(j, seen > kUnmoved ? 1.0 / seen : 0.0);
+  }
+  const double factor = factor_for(options_.imperfections.background, "the background", 0.0, [&](double tried) {
+    return visibility({.background = unit.times(tried)}, kRoughTolerance).second;
+  });
+  background_ = unit.times(factor);
+}
+
+void TrueMachine::add_uneven() {
+  for (std::size_t k = 0; k < hidden.size(); ++k) {
+    const bool varies =
+        hidden[k].varies() && hidden[k].stage() != Stage::command && hidden[k].stage() != Stage::reading;
+    uneven_.emplace_back();
+    if (!varies) continue;
+    const int joint = *scenario_.robot->find_joint(hidden[k].asked().place);
+    uneven_.back() = drawn_unevenness(options_.imperfections.uneven, joint, hidden[k].stage(), plain_travel(),
+                                      RandomStream(options_.seed, 0, static_cast<std::uint32_t>(k), kUneven));
+  }
+}
+
+TrueLaws TrueMachine::laws() const {
+  TrueLaws out{.outside = outside, .background = background_, .imperfect = true};
+  for (const Hidden& effect : hidden) out.effects.push_back(effect.spec(1.0));
+  out.effects.insert(out.effects.end(), misplaced_.begin(), misplaced_.end());
+  return out;
+}
+
+const Travel& TrueMachine::plain_travel() {
+  if (!plain_travel_) plain_travel_ = travel({});
+  return *plain_travel_;
 }
 
 void TrueMachine::add(const HiddenEffect& asked, std::size_t index) {
@@ -365,8 +462,7 @@ void TrueMachine::add_outside(const HiddenEffect& asked, std::size_t index) {
   physics.times = drawn_times(index);
   if (physics.kind == OutsidePhysics::Kind::repeated_samples) begin_at_samples(physics.times);
   if (info_of(physics.kind).over != OutsideWay::time) {
-    if (!plain_travel_) plain_travel_ = travel({}, {});
-    physics.form = drawn_form(physics, *plain_travel_, *scenario_.robot,
+    physics.form = drawn_form(physics, plain_travel(), *scenario_.robot,
                               RandomStream(options_.seed, 0, static_cast<std::uint32_t>(index), kForm), where);
   }
   outside.push_back(std::move(physics));

@@ -1,4 +1,4 @@
-#include "cli/recording_choice.h"
+#include "scenarios/recording_choice.h"
 
 #include <algorithm>
 #include <cmath>
