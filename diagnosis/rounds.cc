@@ -25,6 +25,7 @@ constexpr double kWhite = 0.01;        ///< chance of white noise looking as col
 constexpr double kAsGood = 1.5;        ///< energy that a pair's linear look leaves over what the one kept leaves
 constexpr int kMostFindings = 4;       ///< or, where these are more,
 constexpr int kMostAtAJoint = 2;       ///< findings, on average: every joint of a machine may miss something
+constexpr int kExchanges = 4;          ///< passes, at most: each must gain evidence
 constexpr int kRefinedIterations = 6;  ///< of least squares after a finer step; the start is nearly there
 
 /// Whether the fit leaves anything on the recordings that steered it: more than the noise, or anything but white.
@@ -181,7 +182,8 @@ bool Rounds::round() {
 }
 
 void Rounds::reconsider() {
-  if (exchange_findings()) run();
+  // What gave way may have stood for what another finding does: looked at again until nothing gives way.
+  for (int pass = 0; pass < kExchanges && exchange_findings(); ++pass) run();
   if (find_anew()) run();
   const std::vector<std::string> unneeded = prune(plain_, current, out_.findings, experiment_, simulator, quiet_);
   for (const std::string& one : unneeded)
