@@ -227,7 +227,7 @@ bool is_large_enough(const CurrentModel& current, const Experiment& experiment, 
   const Parameter& p = current.model.parameters()[static_cast<std::size_t>(axis.parameter)];
   if (p.info == nullptr || !(p.info->least > 0.0) || yields_no_more(current.model, axis.parameter)) return true;
   const double size = typical_size(p.info->scale, current.model, experiment, p.joint, current.model.values());
-  return std::fabs(axis.value(x) - p.neutral) >= p.info->least * size;
+  return std::fabs(axis.value(x)) >= p.info->least * size;
 }
 
 std::vector<EffectSpec> effects_beyond(const PlantModel& plain, const CurrentModel& current) {

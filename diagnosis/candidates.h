@@ -40,7 +40,7 @@ std::vector<std::vector<double>> starting_points(const PlantModel& model, const 
 CurrentModel extended(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec,
                       const std::vector<double>& point, const std::vector<double>& own);
 
-/// Whether one of the effects' numbers in `model` is as far from neutral as it must be to mean what its name says.
+/// Whether one of the effects' numbers in `model` is as large as it must be to mean what its name says.
 bool is_large_enough(const CurrentModel& current, const Experiment& experiment, const Axis& axis, double x);
 
 /// Effects of a model that `plain` has not, in its order, with the numbers that are held fixed.

@@ -105,7 +105,7 @@ class Hypotheses {
   double choices_of(const EffectSpec& spec) const;
 
   /// Whether no number of an effect was driven to the end of its range, where it is no law of a machine (a friction
-  /// that grows towards rest beside no sliding friction at all), or too near neutral to be what its name says. Optional
+  /// that grows towards rest beside no sliding friction at all), or too small to be what its name says. Optional
   /// shapes may stand there.
   bool ends_within(const Hypothesis& h, const EffectSpec& spec) const;
   /// Whether one of its strengths is off neutral by more than two standard errors (or none is free); of what joints

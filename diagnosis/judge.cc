@@ -219,7 +219,7 @@ std::string Judge::objection(const Tried& tried) const {
   if (!is_finite(tried)) return "a parameter is not finite";
   if (at_end(tried.model, tried.model.model.effects().back(), experiment_))
     return "a parameter at the end of its range";
-  if (too_small(tried, experiment_)) return "a parameter too near neutral for such an effect";
+  if (too_small(tried, experiment_)) return "a parameter too small for such an effect";
   if (takes_from_one(tried)) return "no two joints take of what is shared";
   if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);
   if (validate_.empty()) return "no validate recording to prove it on";

@@ -17,10 +17,7 @@ namespace {
 constexpr double kOwnDifference = 1e-2;
 constexpr double kLeastStep = 1e-9;    ///< of that difference, relative to the range searched
 constexpr int kSizings = 3;            ///< rounds that bring a start's strength down
-constexpr int kBracketings = 8;        ///< rounds for a start that does nothing, or does since it was weakened
-constexpr double kStronger = 3.0;      ///< by which a threshold is brought nearer
 constexpr double kStrongest = 2.0;     ///< change of the prediction over what is to be explained, both rms
-constexpr double kNothing = 1e-3;      ///< the same: below it a start does nothing
 constexpr double kTwin = 0.05;         ///< starts nearer than this share of their size are one
 constexpr int kStartsKept = 2;         ///< of every effect, place and variant, after the first look
 constexpr std::size_t kChains = 40;    ///< starts that are re-identified; and the best one of every effect
@@ -40,10 +37,8 @@ struct Chain {
   std::vector<std::pair<Eigen::VectorXd, Eigen::VectorXd>> updates;  ///< Broyden: J += a b^T
   Eigen::VectorXd tried;                                             ///< next x
   double step_scale = 1.0;
-  double strength = 1.0;                      ///< of what the catalogue's start asks for
-  double too_strong = HUGE_VAL, nothing = 0;  ///< strengths that were
-  double promise = HUGE_VAL;                  ///< residual energy expected after the first step
-  std::vector<double> first_own;              ///< own coordinates at the start
+  double promise = HUGE_VAL;      ///< residual energy expected after the first step
+  std::vector<double> first_own;  ///< own coordinates at the start
   bool alive = true;
 };
 
@@ -185,44 +180,22 @@ class EffectScreen {
   }
 
   /// Brings every start's strength down until the effect changes the prediction by no more than what there is to
-  /// explain (plain parameters projected off): beyond that its linearisation says nothing. A threshold that nothing
-  /// reaches is brought nearer, between what was too strong and what did nothing.
+  /// explain (plain parameters projected off): beyond that its linearisation says nothing.
   void size_starts(const Projector& projector, std::vector<Chain>& chains) {
     const Eigen::VectorXd& plain = current_.fit.residual;
     const double target = projector.rest(plain).norm();
-    for (int round = 0; round < kBracketings; ++round) {
+    for (int round = 0; round < kSizings; ++round) {
       const std::vector<Chain*> changed = simulate_new(chains);
       if (changed.empty()) break;
       for (Chain* chain : changed) {
         const bool runs = chain->residual.allFinite();
         const double size = runs ? projector.rest(chain->residual - plain).norm() : HUGE_VAL;
-        if (resized(*chain, target / size, round)) chain->residual.resize(0);
+        if (size <= kStrongest * target) continue;
+        weaken(*chain, std::clamp(target / size, 1e-3, 0.5));
+        chain->residual.resize(0);
       }
     }
     drop_twins(chains);
-  }
-  /// Whether the start, which leaves room for `room` times its change of the prediction, got another strength.
-  bool resized(Chain& chain, double room, int round) const {
-    const double before = chain.strength;
-    if (room * kStrongest < 1.0) {
-      chain.too_strong = before;
-      if (chain.nothing == 0.0 && round >= kSizings) return false;
-      chain.strength = before * std::clamp(room, 1e-3, 0.5);
-    } else if (room > 1.0 / kNothing && (std::isfinite(chain.too_strong) || is_threshold())) {
-      chain.nothing = before;
-      chain.strength = kStronger * before;
-    } else {
-      return false;
-    }
-    if (chain.nothing > 0.0 && std::isfinite(chain.too_strong))
-      chain.strength = std::sqrt(chain.nothing * chain.too_strong);
-    weaken(chain, chain.strength / before);
-    return true;
-  }
-  /// Whether the effect is none where its strength's parameter is infinite.
-  bool is_threshold() const {
-    return leading_parameter(effect_table()[static_cast<std::size_t>(model_.effects().back().type)]).coordinate ==
-           Coordinate::inverse;
   }
   /// Residuals of the chains that have none yet; those chains.
   std::vector<Chain*> simulate_new(std::vector<Chain>& chains) {

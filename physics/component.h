@@ -96,8 +96,7 @@ struct ParameterInfo {
   bool structural = false;
   /// The parameter of the same component below which this one must not lie; null: none. Loading refuses what does.
   const char* at_least = nullptr;
-  /// Units of `scale`: nearer to neutral than this it is no such thing (a stop that its drive pushes through is a
-  /// spring).
+  /// Units of `scale`: smaller than this it is no such thing (a stop that its drive pushes through is a spring).
   double least = 0.0;
   /// Of an actuator with chambers: says how they fill, nothing where their pressures are measured and drive the joint.
   bool fills = false;

@@ -29,6 +29,9 @@ struct HysteresisFriction {
           {0.02},
           Coordinate::linear,
           true}}};
+    // Bristles that bend over more than the whole travel never slide, and are a push that each start sets anew: a
+    // friction of a twentieth of the usual effort must slide within the usual motion.
+    info.parameters[1].least = 0.05;
     info.in_parallel = true;
     return info;
   }
