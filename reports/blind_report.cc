@@ -258,7 +258,7 @@ std::string condition_words(const std::string& name) {
       {"misplaced", "centres of mass that the URDF has wrong"},
       {"seconds", "short recordings"},
       {"alone", "one joint alone commanded"},
-      {"everywhere", "one effect at three joints or more"},
+      {"everywhere", "one effect at several joints"},
       {"none", "none of these"}};
   const auto at = kWords.find(name);
   return at == kWords.end() ? name : at->second;

@@ -224,15 +224,18 @@ CaseScore score_case(const BlindCase& one) {
   out.gain_share = gain_share(verdict);
   const auto hits = std::count(out.claim_true.begin(), out.claim_true.end(), true);
   std::size_t both = verdict.claims.size() + one.label->effects.size();
+  std::vector<bool> besides(verdict.claims.size(), false);
   for (std::size_t c = 0; c < verdict.claims.size(); ++c) {
     if (out.claim_true[c] || !true_besides(verdict.claims[c], *one.label)) continue;
-    out.claim_true[c] = true;
+    out.claim_true[c] = besides[c] = true;
     --both;
   }
   out.f1 = both > 0 ? 2.0 * static_cast<double>(hits) / static_cast<double>(both) : 1.0;
+  std::size_t asked = 0;  // the first claim but for those that are true besides
+  while (asked < verdict.claims.size() && besides[asked]) ++asked;
   for (const BlindLabel::Effect& hidden : one.label->effects) {
-    if (verdict.claims.empty()) break;
-    const BlindVerdict::Claim& first = verdict.claims.front();
+    if (asked == verdict.claims.size()) break;
+    const BlindVerdict::Claim& first = verdict.claims[asked];
     out.location = out.location || first.place == hidden.place;
     out.effect = out.effect || (first.place == hidden.place && first.effect == hidden.effect);
     out.in_class = out.in_class || covers(first, hidden);
@@ -283,13 +286,13 @@ BlindTotals total(const std::vector<BlindCase>& cases) {
 }
 
 std::vector<std::pair<std::string, BlindTotals>> totals_by_condition(const std::vector<BlindCase>& cases) {
-  constexpr int kEverywhere = 3;
+  constexpr int kSeveral = 2;
   std::map<std::string, std::vector<BlindCase>> under;
   for (const BlindCase& one : cases) {
     if (!one.label || one.seal == Seal::broken) continue;
     std::map<std::string, int> places;
     for (const BlindLabel::Effect& hidden : one.label->effects) ++places[hidden.effect];
-    const bool everywhere = std::ranges::any_of(places, [](const auto& p) { return p.second >= kEverywhere; });
+    const bool everywhere = std::ranges::any_of(places, [](const auto& p) { return p.second >= kSeveral; });
     for (const auto& [name, much] : one.label->conditions) under[name].push_back(one);
     if (everywhere) under["everywhere"].push_back(one);
     if (!everywhere && one.label->conditions.empty()) under["none"].push_back(one);

@@ -40,7 +40,7 @@ struct CaseScore {
   CaseKind kind = CaseKind::null;
   bool correct = false;
   bool location = false, effect = false,
-       in_class = false;    ///< of the first claim: place; place and effect; or its class
+       in_class = false;    ///< of the first claim that is not true besides: place; place and effect; or its class
   double f1 = 0.0;          ///< of claims against hidden effects, by class; true claims beside these do not count
   double gain_share = 0.0;  ///< of the oracle's gain on held-out recordings; NaN where there is none to have
   std::vector<bool> claim_true;
@@ -111,7 +111,7 @@ struct BlindTotals {
 BlindTotals total(const std::vector<BlindCase>& cases);
 
 /// Totals of the labelled cases under each condition that some of them have: the label's own, then "everywhere" (one
-/// effect hidden at three joints or more), then "none". A case may stand under several. Empty where there is but
+/// effect hidden at several joints), then "none". A case may stand under several. Empty where there is but
 /// "none".
 std::vector<std::pair<std::string, BlindTotals>> totals_by_condition(const std::vector<BlindCase>& cases);
 

@@ -129,6 +129,7 @@ TEST(BlindConditions, AnotherLawOfTheSameStageDescribesWhatIsUneven) {
   EXPECT_FALSE(score("background", both).correct);
   EXPECT_TRUE(score("misplaced", {both[0], claim("com_shift", "joint_1")}).correct);
   EXPECT_FALSE(score("misplaced", {both[0], claim("payload", "arm")}).correct);
+  EXPECT_TRUE(score("misplaced", {claim("com_shift", "joint_1"), both[0]}).in_class) << "the first that is asked for";
 }
 
 TEST(BlindConditions, EachIsCountedApart) {
