@@ -8,6 +8,7 @@
 #include "diagnosis/candidates.h"
 #include "ga/least_squares.h"
 #include "ga/random.h"
+#include "physics/effects/table.h"
 #include "scenarios/error.h"
 #include "scenarios/text.h"
 
@@ -206,6 +207,8 @@ TrueMachine::TrueMachine(const Scenario& scenario, const ConcealOptions& options
   set_noise(experiment_);
   for (std::size_t k = 0; k < options.effects.size(); ++k) add(options.effects[k], k);
   if (options.imperfections.uneven > 0.0) add_uneven();
+  if (options.imperfections.drift > 0.0 && std::ranges::none_of(hidden, &Hidden::varies))
+    throw InputError("--drift", "no hidden effect that could drift", "an effect at a joint, other than a contact");
   if (options.imperfections.background > 0.0) add_background();
   if (options.imperfections.misplaced > 0.0)
     misplaced_ = misplaced_centres(options.imperfections.misplaced, plain_, options.effects, options.seed);
@@ -217,12 +220,15 @@ bool Hidden::varies() const {
   return info_.where == Where::joint && !contact;
 }
 
-std::vector<int> Hidden::proportional() const {
+std::vector<int> Hidden::along_the_way() const {
+  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info_.name))];
   std::vector<int> out;
+  const bool acts = hooks.command != nullptr || hooks.effort != nullptr || hooks.dry_friction != nullptr;
+  if (!varies() || !acts || info_.stage == Stage::command) return out;
   for (std::size_t k = 0; k < values_.size(); ++k) {
-    const double value = values_[k];
-    if (value != 0.0 && strengthened(info_, *parameters_[k].info, value, 2.0) == 2.0 * value)
-      out.push_back(static_cast<int>(k));
+    const double value = values_[k], twice = strengthened(info_, *parameters_[k].info, value, 2.0);
+    // A limit is stronger the lower it is.
+    if (value != 0.0 && (twice == 2.0 * value || twice == 0.5 * value)) out.push_back(static_cast<int>(k));
   }
   return out;
 }
@@ -250,7 +256,7 @@ std::vector<UnevenParameter> TrueMachine::uneven_in(const PlantModel& model) con
   for (std::size_t k = 0; k < uneven_.size(); ++k) {
     const Component& component = model.effects()[plain_.effects().size() + k];
     if (uneven_[k].share == 0.0) continue;
-    for (const int p : hidden[k].proportional())
+    for (const int p : hidden[k].along_the_way())
       out.push_back({component.first + p, component.joint, uneven_[k].over_command, uneven_[k].share, uneven_[k].centre,
                      uneven_[k].width});
   }
@@ -406,14 +412,15 @@ void TrueMachine::add_background() {
 
 void TrueMachine::add_uneven() {
   for (std::size_t k = 0; k < hidden.size(); ++k) {
-    const bool varies =
-        hidden[k].varies() && hidden[k].stage() != Stage::command && hidden[k].stage() != Stage::reading;
     uneven_.emplace_back();
-    if (!varies) continue;
+    if (hidden[k].along_the_way().empty()) continue;
     const int joint = *scenario_.robot->find_joint(hidden[k].asked().place);
     uneven_.back() = drawn_unevenness(options_.imperfections.uneven, joint, hidden[k].stage(), plain_travel(),
                                       RandomStream(options_.seed, 0, static_cast<std::uint32_t>(k), kUneven));
   }
+  if (std::ranges::all_of(uneven_, [](const UnevenLaw& law) { return law.share == 0.0; }))
+    throw InputError("--uneven", "no hidden law that could change along its way",
+                     "an effect at a joint that acts on its command or its effort, and recordings that move it");
 }
 
 TrueLaws TrueMachine::laws() const {

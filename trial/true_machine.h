@@ -32,8 +32,9 @@ class Hidden {
   /// recording.
   bool varies() const;
   Stage stage() const { return info_.stage; }
-  /// Positions among its parameters of those that its strength is proportional to.
-  std::vector<int> proportional() const;
+  /// Positions among its parameters of those that may change along the way: its strength, and what grows or falls with
+  /// it. None of a law that masses, readings or delays alone enter.
+  std::vector<int> along_the_way() const;
   /// The effect `factor` times as strong; a contact whose place was not given: so many times as far inside the end of
   /// the travel.
   EffectSpec spec(double factor) const;

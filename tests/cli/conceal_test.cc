@@ -343,6 +343,12 @@ TEST(Conceal, TheLabelSaysWhatElseTheMachineHas) {
   for (const char* word : {"background", "uneven", "com_shift"}) EXPECT_EQ(scenario.find(word), std::string::npos);
   expect_refused(lacuna(conceal(arm, arm.folder() / "other", {"--alone", "wrist"})), kBadInput, "--alone");
   expect_refused(lacuna(conceal(arm, arm.folder() / "other", {"--uneven", "1.5"})), kBadInput, "--uneven");
+  // Nothing given is ignored in silence.
+  for (const char* option : {"--uneven", "--drift"})
+    expect_refused(lacuna(conceal(arm, arm.folder() / "other", {option, "0.3"})), kBadInput, option);
+  for (const char* even : {"com_shift:elbow", "sensor_offset:elbow", "end_stop:elbow", "input_delay:elbow"})
+    expect_refused(lacuna(conceal(arm, arm.folder() / "other", {"--effect", even, "--uneven", "0.3"})), kBadInput,
+                   "--uneven");
 }
 
 TEST(Conceal, RefusesMeasuredEffortsWithoutACommand) {

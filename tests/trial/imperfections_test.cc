@@ -190,29 +190,39 @@ TEST(Shortened, RecordingsEndAndOtherJointsStandStill) {
   EXPECT_THROW(conceal(scenario, options), InputError);
 }
 
-TEST(Imperfections, EveryEffectOfAJointMovesWithAllOfThemAtOnce) {
+TEST(Imperfections, EveryLawOfAJointMovesDifferentlyWhereItIsUnevenOrDrifts) {
   const Scenario scenario =
       conceal(two_rods(sine_drive(2, 3.0, 0.02, 2.0)), unmoved()).scenario;  // typical is of motion
-  int moved = 0;
+  std::set<std::string> even, steady;
   for (const EffectInfo& info : effect_table()) {
     if (info.where != Where::joint || info.learned) continue;
     SCOPED_TRACE(info.name);
-    const Scenario driven = with_drives_for(info, scenario);
     ConcealOptions options = unmoved();
     options.effects = {parse_hidden_effect(std::string(info.name) + ":elbow")};
-    const auto motion = [&](const Imperfections& imperfections) {
-      options.imperfections = imperfections;
-      return column(conceal(driven, options).scenario, 0, "q_elbow");
+    const auto motion = [&](double uneven, double drift) -> std::vector<double> {
+      options.imperfections.uneven = uneven, options.imperfections.drift = drift;
+      try {
+        return column(conceal(with_drives_for(info, scenario), options).scenario, 0, "q_elbow");
+      } catch (const InputError&) {
+        return {};  // refused
+      }
     };
-    Imperfections all;
-    all.uneven = all.drift = 0.5;
-    std::vector<double> exact, imperfect;
-    ASSERT_NO_THROW(exact = motion({}));
-    ASSERT_NO_THROW(imperfect = motion(all));
-    for (const double q : imperfect) ASSERT_TRUE(std::isfinite(q));
-    moved += rms_difference(exact, imperfect) > 0.0;
+    const std::vector<double> exact = motion(0.0, 0.0), uneven = motion(0.5, 0.0), drifting = motion(0.0, 0.5);
+    for (const auto* moved : {&exact, &uneven, &drifting})
+      for (const double q : *moved) ASSERT_TRUE(std::isfinite(q));
+    if (uneven.empty()) even.insert(info.name);
+    if (drifting.empty()) steady.insert(info.name);
+    // Relief valves of the typical size never open here, and a scale of efforts moves nothing.
+    if (info.name == std::string("relief") || info.name == std::string("effort_scale")) continue;
+    EXPECT_TRUE(uneven.empty() || rms_difference(exact, uneven) > 0.0);
+    EXPECT_TRUE(drifting.empty() || rms_difference(exact, drifting) > 0.0);
   }
-  EXPECT_GT(moved, 20);
+  for (const char* law :
+       {"coulomb_friction", "valve_deadband", "actuator_saturation", "valve_offset", "lever_arm_variation"})
+    EXPECT_FALSE(even.contains(law) || steady.contains(law)) << law;
+  for (const char* law : {"com_shift", "armature", "input_delay", "sensor_offset", "end_stop"})
+    EXPECT_TRUE(even.contains(law)) << law;
+  EXPECT_TRUE(steady.contains("end_stop"));
 }
 
 }  // namespace
