@@ -128,6 +128,17 @@ void open_label(const ScenarioFolder& where, BlindCase& one) {
   one.label = read_label(text, (where.folder / "label.json").string());
 }
 
+std::string by_condition(const std::vector<BlindCase>& cases) {
+  TextTable table(
+      {"condition", ">cases", ">right", ">false alarms", ">place", ">class", ">mean F1", ">true above 0.9"});
+  const auto share = [](const Rate& rate) { return rate.of > 0 ? fmt::format("{} of {}", rate.hits, rate.of) : ""; };
+  for (const auto& [name, t] : totals_by_condition(cases))
+    table.add({printable(name, 40), std::to_string(t.cases), share(t.correct), share(t.null_false_alarms),
+               share(t.location_top1), share(t.class_top1), t.several > 0 ? number(t.set_f1, 3) : "",
+               share(t.claims_above_09)});
+  return table.empty() ? "" : "\n" + table.str();
+}
+
 std::string summary(const std::vector<BlindCase>& cases, const BlindTotals& t) {
   TextTable table({"case", "verdict", "findings", "right"});
   for (const BlindCase& one : cases) {
@@ -161,7 +172,7 @@ std::string summary(const std::vector<BlindCase>& cases, const BlindTotals& t) {
   add("claims above 0.9 that are true", t.claims_above_09);
   if (t.several > 0) out += fmt::format("several effects, mean F1: {}\n", number(t.set_f1, 3));
   if (t.shared > 0) out += fmt::format("share of the oracle's held-out gain: {}\n", percent(t.heldout_gain_share));
-  return out;
+  return out + by_condition(cases);
 }
 
 /// After everything is written: what the user must not overlook.
