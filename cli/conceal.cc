@@ -132,9 +132,18 @@ Json label_of(const Concealment& made, const ConcealOptions& options, const std:
     for (const auto& [parameter, value] : effect.parameters) one["parameters"][parameter] = value;
     if (!effect.asked.recordings.empty()) one["recordings"] = effect.asked.recordings;
     if (effect.law) add_law(*effect.law, one);
+    if (effect.uneven)
+      one["uneven"] = {{"over", effect.uneven->over_command ? "u" : "q"},
+                       {"share", effect.uneven->share},
+                       {"centre", effect.uneven->centre},
+                       {"width", effect.uneven->width}};
+    for (const auto& [file, strength] : effect.drift) one["strength_by_recording"][file] = strength;
     partial = partial || !effect.asked.recordings.empty();
     effects.push_back(one);
   }
+  Json misplaced = Json::object();
+  for (const EffectSpec& shift : made.misplaced)
+    for (const char* axis : {"dx", "dy", "dz"}) misplaced[shift.place].push_back(shift.parameters.at(axis));
   for (const auto& [parameter, value] : made.truth) truth[parameter] = value;
   for (const auto& [channel, rms] : made.noise) noise[channel] = rms;
   return {{"format", "lacuna-label/1"},
@@ -142,6 +151,7 @@ Json label_of(const Concealment& made, const ConcealOptions& options, const std:
           {"salt", salt(options.seed)},
           {"effects", effects},
           {"conditions", conditions_of(options.imperfections)},
+          {"misplaced", misplaced},
           {"partial_payload", partial},
           {"raw_rms_over_noise", made.raw_rms_over_noise},
           {"left_rms_over_noise", made.left_rms_over_noise},

@@ -171,8 +171,15 @@ void check_files(const Scenario& runs, const std::vector<HiddenEffect>& effects)
 std::vector<ConcealedEffect> concealed_effects(const Scenario& runs, const TrueMachine& machine,
                                                const ConcealOptions& options) {
   std::vector<ConcealedEffect> out;
-  for (const Hidden& effect : machine.hidden)
+  for (const Hidden& effect : machine.hidden) {
+    const std::size_t k = out.size();
     out.push_back({effect.asked(), effect.strength(), effect.parameters(), {}});
+    if (k < machine.uneven().size() && machine.uneven()[k].share > 0.0) out.back().uneven = machine.uneven()[k];
+    if (options.imperfections.drift == 0.0 || !effect.varies()) continue;
+    for (std::size_t r = 0; r < runs.recordings.size(); ++r)
+      out.back().drift.emplace_back(csv_name(runs.recordings[r].file),
+                                    effect.strength_of(machine.effects_in(static_cast<int>(r), machine.laws())[k]));
+  }
   if (machine.outside.empty()) return out;
   const Travel travel = machine.travel(machine.laws());
   std::vector<std::string> files;
@@ -252,6 +259,7 @@ Concealment conceal(const Scenario& original, const ConcealOptions& options) {
   out.effects = concealed_effects(runs, machine, options);
   std::tie(out.raw_rms_over_noise, out.left_rms_over_noise) = machine.visibility(machine.laws(), kTruthTolerance);
   out.scenario = handed_over(scenario, runs, machine.experiment(), record_all(runs, machine, options));
+  out.misplaced = machine.misplaced();
   out.truth = truth_of(machine);
   out.noise = noise_of(machine.experiment());
   return out;

@@ -44,11 +44,14 @@ struct ConcealedEffect {
   double strength = 0.0;                                   ///< the leading parameter
   std::vector<std::pair<std::string, double>> parameters;  ///< all of them, catalogue effects only
   std::optional<LawRecord> law;                            ///< outside the catalogue only: its curve, or what happened
+  std::optional<UnevenLaw> uneven = {};                    ///< where its strength changes along its way
+  std::vector<std::pair<std::string, double>> drift = {};  ///< strength by recording, where these differ
 };
 
 struct Concealment {
   Scenario scenario;  ///< the plain model; its recordings hold what the true machine did, noise included
   std::vector<ConcealedEffect> effects;
+  std::vector<EffectSpec> misplaced;                  ///< centres of mass, as effects
   std::vector<std::pair<std::string, double>> truth;  ///< true values of the scenario's free parameters, full names
   std::vector<std::pair<std::string, double>> noise;  ///< rms per joint and kind, channel units
   double raw_rms_over_noise = 0.0;                    ///< what the effects change, before any refit

@@ -143,6 +143,11 @@ double Hidden::strength() const {
   return values_[static_cast<std::size_t>(at - parameters_.begin())];
 }
 
+double Hidden::strength_of(const EffectSpec& spec) const {
+  const auto at = std::ranges::find(parameters_, &leading_parameter(info_), &EffectParameter::info);
+  return spec.parameters.at(at->key);
+}
+
 EffectSpec Hidden::spec(double factor) const {
   EffectSpec out{asked_.effect, asked_.place, {}, asked_.recordings, "--effect"};
   for (std::size_t k = 0; k < values_.size(); ++k) {
@@ -238,7 +243,6 @@ std::vector<TrueMachine::Channels> TrueMachine::motion(std::span<const int> segm
   return simulated(segments, experiment_.channels, laws, tolerance);
 }
 
-/// As strong as they are in this recording.
 std::vector<EffectSpec> TrueMachine::effects_in(int recording, const TrueLaws& laws) const {
   std::vector<EffectSpec> out = laws.effects;
   const double share = options_.imperfections.drift;

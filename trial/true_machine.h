@@ -27,6 +27,8 @@ class Hidden {
 
   const HiddenEffect& asked() const { return asked_; }
   double strength() const;  ///< the leading parameter
+  /// The same of the effect as it was made weaker or stronger.
+  double strength_of(const EffectSpec& spec) const;
   const char* contains() const { return info_.contains; }
   /// Of a joint's law other than a contact's: one whose strength may change with the place, the command or the
   /// recording.
@@ -87,6 +89,10 @@ class TrueMachine {
   void set_strengths();
   /// Everything that is hidden, at its strength.
   TrueLaws laws() const;
+  /// The laws' effects, as strong as they are in this recording.
+  std::vector<EffectSpec> effects_in(int recording, const TrueLaws& laws) const;
+  const std::vector<UnevenLaw>& uneven() const { return uneven_; }  ///< one a hidden effect, or none at all
+  const std::vector<EffectSpec>& misplaced() const { return misplaced_; }
 
  private:
   void add(const HiddenEffect& asked, std::size_t index);
@@ -97,7 +103,6 @@ class TrueMachine {
   void begin_at_samples(std::vector<std::vector<double>>& times) const;
   std::vector<Channels> simulated(std::span<const int> segments, const std::vector<Channel>& channels,
                                   const TrueLaws& laws, double tolerance) const;
-  std::vector<EffectSpec> effects_in(int recording, const TrueLaws& laws) const;
   void add_uneven();
   void add_background();
   double response(const std::vector<Channels>& still, const Background& background) const;

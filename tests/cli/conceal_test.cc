@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <set>
 
 #include "scenarios/scenario.h"
 #include "scenarios/sha256.h"
@@ -338,6 +339,20 @@ TEST(Conceal, TheLabelSaysWhatElseTheMachineHas) {
   const auto conditions = json_file(out / "label.json").at("conditions");
   EXPECT_EQ(conditions, nlohmann::json::parse(R"({"background": 0.7, "uneven": 0.3, "drift": 0.2, "misplaced": 0.01,
                                                   "seconds": 3.0, "alone": "elbow"})"));
+  // What was drawn stands in the label, too.
+  const auto label = json_file(out / "label.json");
+  const auto& effect = label.at("effects")[0];
+  EXPECT_EQ(effect.at("uneven").at("over"), "q");
+  EXPECT_EQ(effect.at("uneven").at("share"), 0.3);
+  EXPECT_GT(effect.at("uneven").at("width"), 0.0);
+  std::set<double> strengths;
+  for (const char* file : {"train.csv", "validate.csv", "test.csv"}) {
+    const double strength = effect.at("strength_by_recording").at(file);
+    EXPECT_NEAR(strength, 3.0, 0.2 * 3.0 + 1e-12);
+    strengths.insert(strength);
+  }
+  EXPECT_EQ(strengths.size(), 3u);
+  for (const double metres : label.at("misplaced").at("elbow")) EXPECT_LE(std::fabs(metres), 0.01);
   EXPECT_LE(columns_of(text_of(out / "train.csv")).at("t").back(), 3.0 + 1e-9);
   const std::string scenario = text_of(out / "scenario.yaml");
   for (const char* word : {"background", "uneven", "com_shift"}) EXPECT_EQ(scenario.find(word), std::string::npos);
