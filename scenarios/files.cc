@@ -96,6 +96,11 @@ void replace_file(const fs::path& file, const std::function<std::error_code(cons
 
 }  // namespace
 
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error) && !error;
+}
+
 std::uintmax_t check_regular_file(const fs::path& file, const std::string& shown, const std::string& what,
                                   std::uintmax_t max_bytes) {
   const std::string where = printable(shown);

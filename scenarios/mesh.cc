@@ -21,16 +21,11 @@ namespace {
 constexpr std::string_view kPackage = "package://", kFile = "file://";
 constexpr const char* kInside = "a file below the robot's folder or a --package-path";
 
-bool is_file(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(path, error) && !error;
-}
-
 /// `rest` in the tree below `folder`; throws where it leads out of it.
 std::optional<fs::path> below(const fs::path& folder, const std::string& rest, const std::string& where) {
   const fs::path file = (folder.empty() ? fs::path(".") : folder) / fs::path(rest).relative_path();
   if (!inside(folder, file)) throw InputError(where, quoted(rest) + ", which leads out of its folder", kInside);
-  if (is_file(file)) return file;
+  if (is_there(file)) return file;
   return std::nullopt;
 }
 
@@ -45,7 +40,7 @@ std::optional<fs::path> find_in_package(const std::string& name, const MeshFolde
     std::error_code error;
     const bool own = fs::weakly_canonical(fs::absolute(folder), error).filename() == package && !error;
     for (const fs::path& root : {folder / package, folder}) {
-      if (root == folder ? !own : !is_file(root)) continue;
+      if (root == folder ? !own : !is_there(root)) continue;
       if (auto found = below(root, path.substr(slash + 1), where)) return found;
     }
   }
@@ -61,7 +56,7 @@ std::optional<fs::path> find_whole_path(const std::string& name, const MeshFolde
   const auto holds = [&](const fs::path& folder) { return inside(folder, file); };
   if (!holds(folders.robot) && std::none_of(folders.packages.begin(), folders.packages.end(), holds))
     throw InputError(where, quoted(name), kInside);
-  if (is_file(file)) return file;
+  if (is_there(file)) return file;
   why = "no such file";
   return std::nullopt;
 }

@@ -115,14 +115,13 @@ class Checker {
  private:
   std::shared_ptr<const Recording> load(const RecordingSpec& spec) {
     const auto path = resolve(scenario_, spec.file);
+    const auto parts = parts_of(scenario_, spec);
+    for (const auto& [file, part] : parts)
+      if (!is_there(file)) throw InputError(spec.where + ".file", "no file " + quoted(part.file), kRecordingKinds);
     std::string key = std::filesystem::weakly_canonical(path).string();
     for (const RecordingPart& part : spec.with) key += '\n' + part.file + '\n' + part.prefix;
     auto& shared = loaded_[key];
     if (shared) return shared;
-    const auto parts = parts_of(scenario_, spec);
-    for (const auto& [file, part] : parts)
-      if (!std::filesystem::exists(std::filesystem::status(file)))
-        throw InputError(spec.where + ".file", "no file " + quoted(part.file), kRecordingKinds);
     Recording data = read_recording(parts, limits_, column_use(scenario_.channels));
     for (const std::string& note : data.notes) scenario_.notes.push_back(printable(spec.file) + ": " + note);
     if (scenario_.channels.time.empty()) scenario_.channels.time = data.names.front();

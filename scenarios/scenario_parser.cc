@@ -97,7 +97,7 @@ void ScenarioParser::parse_robot() {
   const YamlCursor cursor = root_.at("robot");
   out_.robot_file = cursor.text();
   const auto path = resolve(out_, out_.robot_file);
-  if (!std::filesystem::exists(std::filesystem::status(path))) cursor.fail("a URDF or MJCF file that exists");
+  if (!is_there(path)) cursor.fail("a URDF or MJCF file that exists");
   std::vector<std::string> notes;
   MjcfModel model = read_robot_file(path, &notes);
   out_.robot = model.robot, out_.actuators = std::move(model.actuators), out_.effects = std::move(model.effects);

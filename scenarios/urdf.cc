@@ -61,6 +61,17 @@ urdf::ModelInterfaceSharedPtr parse_model(const std::string& xml, const std::str
                    "a URDF robot");
 }
 
+/// Two XML readers see the file: where its declaration or a comment is malformed they may take different elements for
+/// the robot.
+void check_alike(const urdf::ModelInterface& model, const UrdfOutline& outline, const std::string& source) {
+  bool alike = model.links_.size() == outline.links.size() && model.joints_.size() == outline.joints.size();
+  for (const auto& link : outline.links) alike = alike && model.getLink(link.name);
+  for (const auto& joint : outline.joints) alike = alike && model.getJoint(joint.name);
+  if (!alike)
+    throw InputError(printable(source), "malformed XML, of which readers make different robots",
+                     "one <robot> after a well-formed XML declaration");
+}
+
 Eigen::Isometry3d to_pose(const urdf::Pose& pose) {
   const auto& r = pose.rotation;
   Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
@@ -199,6 +210,7 @@ std::shared_ptr<const Robot> Robot::from_urdf_text(const std::string& xml, const
     throw InputError(printable(source), fmt::format("{} bytes", xml.size()), fmt::format("at most {}", kMaxUrdfBytes));
   const UrdfOutline outline = outline_urdf(scan_xml(xml, source), source);
   const auto model = parse_model(xml, source);
+  check_alike(*model, outline, source);
   std::vector<std::string> ignored;
   auto robot = Converter(*model, outline, notes != nullptr ? *notes : ignored).run(source);
   return robot;

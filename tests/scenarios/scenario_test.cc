@@ -211,6 +211,16 @@ TEST(Scenario, RangeMayEndWhereTheLastSampleIsHeldTo) {
 
 // --- bad scenario files ---------------------------------------------------------------------------------------------
 
+/// A path that the system refuses is an error of the scenario, not of the program.
+TEST(Scenario, NamesTooLongForAFileAreRefused) {
+  const std::string name(5000, 'r');
+  const ScenarioFolder robot(replaced(kScenario, "robot: two.urdf", "robot: " + name));
+  EXPECT_THAT(input_error([&] { load_scenario(robot.file); }), testing::HasSubstr("a URDF or MJCF file that exists"));
+  const ScenarioFolder recording(replaced(kScenario, "{file: run.csv, role: test", "{file: " + name + ", role: test"));
+  EXPECT_THAT(input_error([&] { load_scenario(recording.file); }),
+              testing::HasSubstr("expected a file in the scenario's folder"));
+}
+
 class SpoiledScenario : public testing::TestWithParam<Spoiled> {};
 
 TEST_P(SpoiledScenario, IsRefusedWithFilePlaceFoundAndExpected) { test::expect_refused(kScenario, GetParam()); }

@@ -164,6 +164,13 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"SecondRoot", "</robot>", "</robot><robot name='c'/>", "a second root"}),
     [](const auto& test) { return std::string(test.param.name); });
 
+/// Found by scripts/fuzz: urdfdom's reader ends a declaration elsewhere than ours, and finds the robot within it.
+TEST(Urdf, OfWhichReadersMakeDifferentRobotsIsRefused) {
+  EXPECT_THAT(urdf_refusal("<?xml version=\"\n1\"A>\n<robot name='a'><link name='x'/></robot>?>\n<!-- c -->"
+                           "<?xml version=\"\n1\"?>\n<robot name='b'><link name='y'/></robot>"),
+              testing::HasSubstr("readers make different robots"));
+}
+
 TEST(Urdf, MovedLinkWithoutMassIsRefused) {
   EXPECT_THAT(urdf_refusal(replaced(kRobot, "<link name='lower'>", "<link name='lower'/><link name='x'>")),
               AllOf(HasSubstr("arm.urdf"), HasSubstr("link x")));
