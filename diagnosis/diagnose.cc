@@ -6,8 +6,10 @@
 
 #include "backends/engine.h"
 #include "diagnosis/baseline.h"
+#include "diagnosis/between_recordings.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/coarse.h"
+#include "diagnosis/decide.h"
 #include "diagnosis/effort_search.h"
 #include "diagnosis/events.h"
 #include "diagnosis/evidence.h"
@@ -237,6 +239,8 @@ bool has_heap(const std::vector<Finding>& findings) {
   });
 }
 
+bool names_changed(const LearnedLaws& learned) { return !learned.needless.empty() || !learned.simpler.empty(); }
+
 /// Laws are learned like names in as many windows, and at steps as long, as that needs; then fitted to all, as the
 /// model was.
 LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
@@ -251,9 +255,33 @@ LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& curre
   LearnedLaws out = learn_laws(seen_in(plain, enough, at), seen_in(current, enough, at), enough, at, control);
   RunControl quiet = control;
   quiet.progress = nullptr;
-  if (!out.laws.empty()) refit(out.model, experiment, simulator, quiet);
-  if (!out.needless.empty()) refit(out.named, experiment, simulator, quiet);
+  if (!out.changes_nothing()) refit(out.model, experiment, simulator, quiet);
+  if (names_changed(out)) refit(out.named, experiment, simulator, quiet);
   return out;
+}
+
+/// A finding that is a simpler effect beside what was learned; the probability of both is shared out anew.
+void rename(Finding& finding, const SimplerName& simpler) {
+  const auto old = std::ranges::find_if(
+      finding.rivals, [&](const Rival& rival) { return rival.effect == simpler.is && rival.place == finding.place; });
+  Rival was{finding.effect, finding.place, 0.0, finding.fixed, {}, finding.recordings};
+  double both = finding.probability;
+  if (old != finding.rivals.end()) both += old->probability, finding.rivals.erase(old);
+  was.probability = both / (1.0 + std::exp(simpler.odds));
+  finding.effect = simpler.is, finding.fixed.clear(), finding.probability = both - was.probability;
+  finding.members = {finding.effect};
+  if (simpler.odds < kClassLoss) finding.members.push_back(was.effect);
+  finding.rivals.insert(finding.rivals.begin(), std::move(was));
+}
+
+/// What learning did to the names.
+void follow(const LearnedLaws& learned, std::vector<Finding>& findings) {
+  std::erase_if(findings, [&](const Finding& f) {
+    return std::ranges::find(learned.needless, NamedPlace(f.effect, f.place)) != learned.needless.end();
+  });
+  for (const SimplerName& simpler : learned.simpler)
+    for (Finding& f : findings)
+      if (NamedPlace(f.effect, f.place) == simpler.was) rename(f, simpler);
 }
 
 /// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
@@ -268,14 +296,11 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
                                   leaves_a_rest(current, of, simulator)))
       return;
     LearnedLaws learned = learn_in_enough(plain, current, of, simulator, control);
+    if (learned.changes_nothing()) return;
     out.learned = std::move(learned.laws);
-    if (out.learned.empty()) return;
+    follow(learned, out.findings);
     current = std::move(learned.model);
-    if (learned.needless.empty()) return;
-    named = std::move(learned.named);
-    std::erase_if(out.findings, [&](const Finding& f) {
-      return std::ranges::find(learned.needless, NamedPlace(f.effect, f.place)) != learned.needless.end();
-    });
+    if (names_changed(learned)) named = std::move(learned.named);
   };
   report("laws without a name", 0.89);
   laws(experiment);
@@ -405,6 +430,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.valves = compare_valves(current, with_events, simulator);
   out.chain = joint_chains(before, current, scenario, with_events, simulator, out.seed);
   judge_rest(out, before, named, experiment, simulator);
+  out.unexplained.offsets = offsets_by_recording(current, with_events, simulator, out.unexplained.where);
   note_test_rest(out, current, with_events, simulator);
   const std::vector<double> noise = noise_levels(experiment);
   const std::vector<Channel>& channels = experiment.channels;

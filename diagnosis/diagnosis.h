@@ -76,6 +76,16 @@ bool changes_the_model(const Diagnosis& diagnosis);
 /// That one of the finding's class stands at its place, whichever.
 double class_probability(const Finding& finding);
 
+/// A valve whose null lies elsewhere in each recording (between_recordings.h).
+struct OffsetsByRecording {
+  std::string joint;
+  std::string unit;        ///< of the command
+  double deviation = 0.0;  ///< standard deviation between recordings
+  double evidence = 0.0;   ///< log evidence over one offset for all
+  double share = 0.0;      ///< of the residual energy there, train and validate recordings, that goes with them
+  std::vector<std::pair<std::string, double>> recordings;  ///< file, its offset beyond what all share
+};
+
 struct Unexplained {
   bool present = false;
   std::vector<std::string> where;  ///< joints
@@ -92,7 +102,8 @@ struct Unexplained {
     double over_noise = 0.0;   ///< rms of what is left over the noise's; NaN where the noise is unknown
     double probability = 0.0;  ///< the rest's share of what was missing there; 0 where it is no more than noise
   };
-  std::vector<AtJoint> per_joint;  ///< every joint that is compared
+  std::vector<AtJoint> per_joint;           ///< every joint that is compared
+  std::vector<OffsetsByRecording> offsets;  ///< what of it is the valves' nulls, which are not the same in each
 };
 
 /// What no effect of the catalogue stands for, as a function of one variable or two (learned.h).

@@ -11,8 +11,8 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/free_number.h"
 #include "diagnosis/hypothesis.h"
-#include "diagnosis/kin.h"
 #include "diagnosis/prior.h"
+#include "diagnosis/simpler_name.h"
 #include "diagnosis/surroundings.h"
 #include "scenarios/error.h"
 
@@ -274,7 +274,8 @@ class EffortSearch {
       }
       std::optional<Hypothesis> best = without(spec);
       for (const EffectInfo& info : effect_table()) {
-        std::optional<Hypothesis> simpler = in_place_of(spec, info);
+        std::optional<Hypothesis> simpler = in_place_of(sets_, standing_, spec, info);
+        if (simpler && !sets_.ends_within(*simpler, {info.name, spec.place, {}, {}, {}})) simpler.reset();
         if (simpler && (!best || sets_.log_odds(*simpler, *best) > 0.0)) best = std::move(simpler);
       }
       kept.insert(place_of(spec));
@@ -288,24 +289,6 @@ class EffortSearch {
     SetChange change;
     change.out.push_back(place_of(spec));
     return sets_.changed(standing_, change, kRefitIterations);
-  }
-
-  /// The set with an effect that is a special case of that one; nothing where `info` is none that can act there.
-  std::optional<Hypothesis> in_place_of(const EffectSpec& spec, const EffectInfo& info) const {
-    const EffectInfo& old = effect_info(spec.effect);
-    if (!are_kin(info, old) || info.parameters.size() >= old.parameters.size()) return std::nullopt;
-    for (EffectSpec& simpler : offered_beside(sets_, standing_, info)) {
-      if (simpler.place != spec.place) continue;
-      const PlantModel model = sets_.plain().model.with_effects({simpler});
-      const std::vector<Axis> axes = effect_axes(model, experiment_, model.effects().back(), simpler);
-      SetChange change;
-      change.out.push_back(place_of(spec));
-      change.own.push_back(starting_points(model, experiment_, axes).front());
-      change.in.push_back(std::move(simpler));
-      std::optional<Hypothesis> out = sets_.changed(standing_, change, kRefitIterations);
-      if (out && sets_.ends_within(*out, change.in.front())) return out;
-    }
-    return std::nullopt;
   }
 
   // ---- what is claimed ----------------------------------------------------------------------------------------------

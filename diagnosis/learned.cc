@@ -18,6 +18,7 @@
 #include "diagnosis/projector.h"
 #include "diagnosis/resemblance.h"
 #include "diagnosis/set_search.h"
+#include "diagnosis/simpler_name.h"
 #include "scenarios/learned_entry.h"
 
 namespace lacuna {
@@ -39,6 +40,7 @@ constexpr int kBends = 8;             ///< times that a curve is learned anew ab
 constexpr int kHalvings = 2;          ///< of steps that leave more
 constexpr double kStands = 0.01;      ///< relative change of what is left, under which it stays as it is
 constexpr double kLesserPart = 0.5;   ///< of a curve's mean square, left beside a name that is most of it
+constexpr double kMostOfIt = 0.75;    ///< of a law's energy: what a name leaves of it is half its size at most
 constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
 
 /// A law of given variables, and the knots of the first one that are tried.
@@ -58,35 +60,39 @@ class Learner {
   }
 
   LearnedLaws run() {
-    LearnedLaws out{standing_.model, {}, {}, standing_.model};
+    LearnedLaws out{standing_.model, {}, {}, {}, standing_.model};
     if (sets_.validate().empty() || !sets_.fit(standing_.model, kRefitSteps)) return out;
     if (is_whole()) replace_heaps(out.needless);
-    is_measured() ? learn_joint_by_joint(out.needless) : learn_where_most_is_left(out.needless);
-    if (kept_.empty()) return out;
+    is_measured() ? learn_joint_by_joint(out) : learn_where_most_is_left(out);
+    if (kept_.empty() && out.needless.empty()) return out;
     sets_.fit(standing_.model, kRefitIterations);
     for (const Kept& law : kept_) out.laws.push_back(described(law));
     out.model = standing_.model;
-    if (!out.needless.empty()) out.named = names_alone();
+    if (!out.needless.empty() || !out.simpler.empty()) out.named = names_alone();
     return out;
   }
 
  private:
   /// What acts at a joint may move the others.
-  void learn_where_most_is_left(std::vector<NamedPlace>& needless) {
+  void learn_where_most_is_left(LearnedLaws& out) {
     const std::vector<EffectSpec> names = named_effects();
     while (kept_.size() < experiment_.joint_names.size() &&
            leaves_a_rest(standing_.model, experiment_, sets_.simulator()))
       if (!learn(offer(every_joint()))) break;
-    if (!kept_.empty()) drop_needless(names, needless);
+    if (kept_.empty()) return;
+    drop_needless(names, out.needless);
+    call_by_simpler_names(out.simpler);
   }
   /// Where efforts are predicted a law is seen at its own joint alone, beside the names there.
-  void learn_joint_by_joint(std::vector<NamedPlace>& needless) {
+  void learn_joint_by_joint(LearnedLaws& out) {
     for (const int joint : every_joint()) {
       std::vector<EffectSpec> names = named_effects();
       std::erase_if(names, [&](const EffectSpec& spec) {
         return spec.place != experiment_.joint_names[static_cast<std::size_t>(joint)];
       });
-      if (learn(offer({joint}))) drop_needless(names, needless);
+      if (!learn(offer({joint}))) continue;
+      drop_needless(names, out.needless);
+      call_by_simpler_names(out.simpler);
     }
   }
   void drop_needless(const std::vector<EffectSpec>& names, std::vector<NamedPlace>& needless) {
@@ -378,15 +384,52 @@ class Learner {
       if (without.out.size() < 2) continue;
       std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
       if (!base) continue;
-      const Hypothesis named = std::exchange(standing_, std::move(*base));
+      const Hypothesis bare = *base, named = std::exchange(standing_, std::move(*base));
       const bool learned = learn(offer({joint}));
       if (learned && is_preferred_to(named)) {
+        if (const std::optional<NamedPlace> kept = keep_the_name_of_it(named, bare, without.out))
+          std::erase(without.out, *kept);
         needless.insert(needless.end(), without.out.begin(), without.out.end());
         continue;
       }
       if (learned) kept_.pop_back();
       standing_ = named;
     }
+  }
+  /// Of the names in whose place the last law was learned, the one that says most of it alone: it stays, and what it
+  /// leaves is learned beside it. A machine's law is never quite the textbook's.
+  std::optional<NamedPlace> keep_the_name_of_it(const Hypothesis& named, const Hypothesis& bare,
+                                                const std::vector<NamedPlace>& names) {
+    std::optional<Hypothesis> best;
+    std::optional<NamedPlace> out;
+    double most = kMostOfIt;
+    for (const NamedPlace& name : names) {
+      if (!is_of_the_kind(name, kept_.back().law)) continue;
+      SetChange others;
+      std::ranges::copy_if(names, std::back_inserter(others.out), [&](const NamedPlace& n) { return n != name; });
+      std::optional<Hypothesis> alone = sets_.changed(named, others, kRefitIterations);
+      const double says = alone ? share_of_it(*alone, bare) : 0.0;
+      if (says > most) most = says, best = std::move(alone), out = name;
+    }
+    if (!best) return std::nullopt;
+    const Hypothesis by_law_alone = std::exchange(standing_, std::move(*best));
+    const Kept law = std::move(kept_.back());
+    kept_.pop_back();
+    if (learn(offer({law.law.joint}))) return out;
+    if (predicts_better(by_law_alone, standing_, law.law.joint).share < least_taken()) return out;
+    standing_ = by_law_alone, kept_.push_back(law);
+    return std::nullopt;
+  }
+  /// Of the energy that the present set takes off another, the share that a third takes alone.
+  double share_of_it(const Hypothesis& alone, const Hypothesis& bare) const {
+    return (left_by(bare) - left_by(alone)) / (left_by(bare) - left_by(standing_));
+  }
+  /// Whether a name's law acts where the learned one does, which may then be what is uneven of it.
+  static bool is_of_the_kind(const NamedPlace& name, const Learnable& law) {
+    const EffectInfo& info = effect_info(name.first);
+    const bool reads = info.stage == Stage::reading, commands = info.stage <= Stage::flow;
+    if (law.stage == Stage::reading || reads) return law.stage == Stage::reading && reads;
+    return acts_by_a_law(find_effect(name.first)) && commands == (law.stage == Stage::command);
   }
   bool is_preferred_to(const Hypothesis& named) const {
     const double prior = sets_.log_prior(standing_.effects) - sets_.log_prior(named.effects);
@@ -397,14 +440,14 @@ class Learner {
   static double mean_square(const Learnable& law) { return law.values.squaredNorm() / static_cast<double>(law.size()); }
   /// Takes a named effect out where the last law, learned anew without it, does what both did: where the effect takes
   /// less from the validate recordings' rest than a finding must. A curve that needs many more knots for that has not
-  /// made the name needless: fine enough, it is any friction. Nor has one most of which the name had said before, with
-  /// fewer numbers.
+  /// made the name needless: fine enough, it is any friction. Nor has one that is little beside the name and large
+  /// without it, nor one most of which the name says alone, with fewer numbers.
   bool drop_if_needless(const NamedPlace& name) {
     Kept& law = kept_.back();
     SetChange without;
     without.out = {name, place_of_law(law.law)};
     const std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
-    if (!base) return false;
+    if (!base || says_most(name)) return false;
     std::optional<Fitted> found = fitted(law.law, *base, 2 * law.law.over.knots);
     if (!found || mean_square(law.law) < kLesserPart * mean_square(found->law)) return false;
     const HeldoutDifference says = predicts_better(standing_, found->set, law.law.joint);
@@ -414,6 +457,39 @@ class Learner {
     law.law = std::move(found->law);
     standing_ = std::move(found->set);
     return true;
+  }
+  /// Whether a name alone, of those at its joint, takes most of what they and the last law take off a set without any.
+  bool says_most(const NamedPlace& name) const {
+    if (!is_of_the_kind(name, kept_.back().law)) return false;
+    SetChange others, all;
+    others.out.push_back(place_of_law(kept_.back().law));
+    for (const EffectSpec& spec : named_effects())
+      if (spec.place == name.second && place_of(spec) != name) others.out.push_back(place_of(spec));
+    all.out = others.out, all.out.push_back(name);
+    const std::optional<Hypothesis> alone = sets_.changed(standing_, others, kRefitIterations),
+                                    bare = sets_.changed(standing_, all, kRefitIterations);
+    return alone && bare && share_of_it(*alone, *bare) > kMostOfIt;
+  }
+  /// What a name said with more numbers than a simpler one may be what the last law says: then it is that one.
+  void call_by_simpler_names(std::vector<SimplerName>& simpler) {
+    for (const EffectSpec& name : named_effects()) {
+      if (name.place != name_of(kept_.back().law)) continue;
+      SetChange law;
+      law.out.push_back(place_of_law(kept_.back().law));
+      const std::optional<Hypothesis> bare = sets_.changed(standing_, law, kRefitSteps);
+      if (!bare) continue;
+      for (const EffectInfo& info : effect_table()) {
+        const std::optional<Hypothesis> named = in_place_of(sets_, *bare, name, info);
+        std::optional<Fitted> found =
+            named ? fitted(kept_.back().law, *named, kept_.back().law.over.knots) : std::nullopt;
+        if (!found) continue;
+        const double odds = sets_.log_odds(found->set, standing_) - found->law.occam + kept_.back().law.occam;
+        if (!(odds > 0.0)) continue;
+        simpler.push_back({place_of(name), info.name, odds});
+        kept_.back().law = std::move(found->law), standing_ = std::move(found->set);
+        break;
+      }
+    }
   }
   CurrentModel names_alone() const {
     SetChange without;

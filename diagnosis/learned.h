@@ -19,10 +19,20 @@
 
 namespace lacuna {
 
+/// A named effect that is a simpler one beside the law.
+struct SimplerName {
+  NamedPlace was;
+  std::string is;     ///< effect
+  double odds = 0.0;  ///< log evidence of the simpler one over the other
+};
+
 struct LearnedLaws {
+  bool changes_nothing() const { return laws.empty() && needless.empty() && simpler.empty(); }
+
   CurrentModel model;  ///< the present one with the laws found, fitted
   std::vector<LearnedLaw> laws;
   std::vector<NamedPlace> needless;  ///< named effects that say nothing beside them, and are no part of it any more
+  std::vector<SimplerName> simpler;  ///< named effects that are another one in the model
   CurrentModel named;                ///< what is named alone, without the laws
 };
 

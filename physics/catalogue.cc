@@ -48,6 +48,10 @@ bool suits(int effect, int actuator) {
   const bool chambers = Effects::hooks<double>()[static_cast<std::size_t>(effect)].chambers != nullptr;
   return chambers && actuator >= 0 && actuator_table()[static_cast<std::size_t>(actuator)].chambers;
 }
+bool acts_by_a_law(int effect) {
+  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect)];
+  return hooks.command != nullptr || hooks.effort != nullptr || hooks.dry_friction != nullptr;
+}
 
 const ParameterInfo& leading_parameter(const EffectInfo& effect) {
   const auto& p = effect.parameters;

@@ -88,6 +88,9 @@ bool lets_flow(int actuator);
 bool needs_flow(int effect);
 /// Whether an effect at a joint means anything to the joint's actuator.
 bool suits(int effect, int actuator);
+/// Whether it changes the command, or adds an effort, by a law that a machine may have a little otherwise along its
+/// way: no mass, delay or reading.
+bool acts_by_a_law(int effect);
 
 /// Index in the table, or -1.
 int find_actuator(const std::string& name);

@@ -185,9 +185,11 @@ Html findings_section(const Diagnosis& d, Marks& marks) {
   if (!d.unexplained.present) return out;
   std::string open = "Unexplained: " + rest_words(d);
   if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
+  std::vector<std::string> known = d.unexplained.regions;
+  for (const OffsetsByRecording& offsets : d.unexplained.offsets) known.push_back(offsets_words(offsets));
   return out + element("div",
-                       element("h3", text("What stays unexplained")) + paragraph(open + ".") +
-                           bullets(d.unexplained.regions) + misfits_table(d.unexplained.times, marks),
+                       element("h3", text("What stays unexplained")) + paragraph(open + ".") + bullets(known) +
+                           misfits_table(d.unexplained.times, marks),
                        "card");
 }
 

@@ -217,13 +217,25 @@ Json unexplained_of(const Unexplained& unexplained) {
   Json joints = Json::object();
   for (const Unexplained::AtJoint& at : unexplained.per_joint)
     joints[at.joint] = {{"rms_over_noise", at.over_noise}, {"probability", at.probability}};
+  Json offsets = Json::array();
+  for (const OffsetsByRecording& o : unexplained.offsets) {
+    Json recordings = Json::object();
+    for (const auto& [file, offset] : o.recordings) recordings[file] = offset;
+    offsets.push_back({{"where", o.joint},
+                       {"unit", o.unit},
+                       {"standard_deviation", o.deviation},
+                       {"evidence", o.evidence},
+                       {"share", o.share},
+                       {"recordings", recordings}});
+  }
   return {{"present", unexplained.present},
           {"where", unexplained.where},
           {"regions", unexplained.regions},
           {"times", times},
           {"share", unexplained.share},
           {"probability", unexplained.probability},
-          {"per_joint", joints}};
+          {"per_joint", joints},
+          {"offsets_by_recording", offsets}};
 }
 
 Json json_of(const LearnedLaw& law) {

@@ -162,6 +162,17 @@ std::string unknown_sentence(const Diagnosis& d) {
   return out + ".";
 }
 
+/// What of the rest are offsets that differ between recordings; "" where none were seen.
+std::string offsets_sentence(const Diagnosis& d) {
+  std::vector<std::string> joints;
+  for (const OffsetsByRecording& o : d.unexplained.offsets)
+    joints.push_back(
+        fmt::format("{} ({}, {} of what is left there)", o.joint, quantity(o.deviation, o.unit, 2), percent(o.share)));
+  if (joints.empty()) return {};
+  return fmt::format(" The valve's offset is not the same in every recording at {}: a null that moves.",
+                     list_of(joints));
+}
+
 /// What was learned in place of a name; "" where nothing was.
 std::string learned_sentence(const Scenario& scenario, const Diagnosis& d) {
   if (d.learned.empty()) return {};
@@ -342,6 +353,15 @@ std::string rest_words(const Diagnosis& diagnosis) {
          (diagnosis.findings.empty() ? "is more than noise" : "remains above the noise");
 }
 
+std::string offsets_words(const OffsetsByRecording& offsets) {
+  std::vector<std::string> each;
+  for (const auto& [file, offset] : offsets.recordings) each.push_back(fmt::format("{:+.2g} in {}", offset, file));
+  return fmt::format(
+      "the null of the valve at {} is not the same in every recording: its offset scatters by {} beside the one that "
+      "the model has for all ({}), and {} of the residual energy there goes with it",
+      offsets.joint, quantity(offsets.deviation, offsets.unit, 2), list_of(each), percent(offsets.share));
+}
+
 /// To milliseconds, whatever the clock stands at.
 std::string seconds_of(double time) {
   return number(time, 4 + std::max(0, static_cast<int>(std::log10(std::max(1.0, std::fabs(time))))));
@@ -378,7 +398,7 @@ std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosi
   std::string out = diagnosis.verdict == Verdict::consistent        ? consistent_sentence(scenario, diagnosis)
                     : diagnosis.verdict == Verdict::unknown_physics ? unknown_sentence(diagnosis)
                                                                     : found_sentence(scenario, diagnosis);
-  out += learned_sentence(scenario, diagnosis) + event_sentence(scenario, diagnosis);
+  out += learned_sentence(scenario, diagnosis) + offsets_sentence(diagnosis) + event_sentence(scenario, diagnosis);
   return out + worse_sentence(diagnosis);
 }
 

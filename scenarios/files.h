@@ -15,7 +15,8 @@ class WriteError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Whether a file or folder of that name can be seen. A name that the system refuses (too long, a loop of links) is none.
+/// Whether a file or folder of that name can be seen. A name that the system refuses (too long, a loop of links) is
+/// none.
 bool is_there(const std::filesystem::path& path);
 
 /// Throws InputError unless `file` is a regular file (after symlinks) of at most `max_bytes`. `shown` names it in

@@ -226,10 +226,8 @@ bool Hidden::varies() const {
 }
 
 std::vector<int> Hidden::along_the_way() const {
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info_.name))];
   std::vector<int> out;
-  const bool acts = hooks.command != nullptr || hooks.effort != nullptr || hooks.dry_friction != nullptr;
-  if (!varies() || !acts || info_.stage == Stage::command) return out;
+  if (!varies() || !acts_by_a_law(find_effect(info_.name)) || info_.stage == Stage::command) return out;
   for (std::size_t k = 0; k < values_.size(); ++k) {
     const double value = values_[k], twice = strengthened(info_, *parameters_[k].info, value, 2.0);
     // A limit is stronger the lower it is.

@@ -166,6 +166,49 @@ TEST(LearnedLaws, OfATransducerAreOnItsReading) {
   EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
 }
 
+/// The plain pendulum, from wrong numbers, on recordings of one with an effect whose strength changes along its way.
+Diagnosis diagnosed_uneven(const EffectSpec& effect, const Unevenness& uneven) {
+  Scenario truth = pendulum_scenario({}), scenario = pendulum_scenario(kGuessed);
+  truth.effects = {effect};
+  for (const Role role : kEveryRole) {
+    const auto k = static_cast<std::uint64_t>(role);
+    const std::string file = std::string(to_string(role)) + ".csv";
+    const Drive drive = rested_drive(kRecordedFor, 7.3 * static_cast<double>(k));
+    add_recording(scenario, recording_with({}, truth, drive, file, 11 + k, {uneven}), role);
+  }
+  search_plain_numbers(scenario);
+  return diagnosed(scenario);
+}
+
+constexpr double kUneven = 0.3;  // of an effect's strength, either way
+
+/// No machine's law is quite the textbook's: a name that says most of it stays, and what it leaves is learned.
+TEST(LearnedLaws, LeaveTheNameOfAnUnevenFrictionStanding) {
+  const EffectSpec friction{"coulomb_friction", "swing", {{"Fc", 0.4}}, {}, "test"};
+  const Diagnosis d = diagnosed_uneven(friction, {"swing.coulomb_friction.Fc", {0, 0, false, kUneven, 0.2, 2.0}});
+  EXPECT_EQ(d.verdict, Verdict::missing_physics);
+  ASSERT_EQ(d.findings.size(), 1u);
+  EXPECT_EQ(d.findings.front().effect, "coulomb_friction");
+  ASSERT_EQ(d.findings.front().parameters.size(), 1u);
+  EXPECT_NEAR(d.findings.front().parameters.front().value, 0.4, kUneven * 0.4);
+  ASSERT_EQ(d.learned.size(), 1u);
+  EXPECT_EQ(variables(d.learned.front()), (std::vector<std::string>{"q", "v"}));
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
+}
+
+/// Several names at once come nearer to it than its own alone, and a curve nearer than they: its own says most of that.
+TEST(LearnedLaws, LeaveTheNameOfAnUnevenAsymmetryStanding) {
+  constexpr double kAsymmetry = 0.1;
+  const EffectSpec weaker{"valve_asymmetry", "swing", {{"a", kAsymmetry}}, {}, "test"};
+  const Diagnosis d = diagnosed_uneven(weaker, {"swing.valve_asymmetry.a", {0, 0, true, kUneven, 0.3, 5.0}});
+  EXPECT_EQ(d.verdict, Verdict::missing_physics);
+  ASSERT_EQ(d.findings.size(), 1u) << d.findings[1].effect;
+  EXPECT_EQ(d.findings.front().effect, "valve_asymmetry");
+  ASSERT_EQ(d.findings.front().parameters.size(), 1u);
+  EXPECT_NEAR(d.findings.front().parameters.front().value, kAsymmetry, kUneven * kAsymmetry);
+  EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
+}
+
 TEST(LearnedLaws, OfATightSpotHaveACurveForEitherWay) {
   OutsidePhysics::Form form;
   form.centre = 0.1, form.width = 0.25, form.slow = 0.02;

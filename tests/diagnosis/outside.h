@@ -24,9 +24,16 @@ inline std::string another_engine() {
   return available_engines().front();
 }
 
+/// A parameter of a machine's effect that is not the same all along its way (physics/truth.h).
+struct Unevenness {
+  std::string parameter;
+  UnevenParameter along;  ///< whose number is filled in
+};
+
 /// What the machine of `truth` reads of its positions, from rest, with what is outside the catalogue.
 inline std::shared_ptr<Recording> recording_with(const std::vector<OutsidePhysics>& outside, Scenario truth,
-                                                 const Drive& drive, const std::string& file, std::uint64_t seed) {
+                                                 const Drive& drive, const std::string& file, std::uint64_t seed,
+                                                 const std::vector<Unevenness>& uneven = {}) {
   const std::vector<double> rest(static_cast<std::size_t>(truth.robot->dof()), 0.0);
   const auto data = recording_of(*truth.robot, drive, {rest, rest, false}, file);
   truth.recordings.clear();
@@ -36,6 +43,10 @@ inline std::shared_ptr<Recording> recording_with(const std::vector<OutsidePhysic
   TruthOptions options;
   options.engine = another_engine();
   options.outside = outside;
+  for (const Unevenness& u : uneven) {
+    options.uneven.push_back(u.along);
+    options.uneven.back().parameter = model.find(u.parameter);
+  }
   const auto read = simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options);
   Noise random(seed);
   for (std::size_t c = 0; c < read.size(); ++c) {

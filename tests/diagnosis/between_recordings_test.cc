@@ -1,0 +1,76 @@
+// Offsets of a valve that differ between recordings are seen, in their size; what is alike in all of them is not.
+#include "diagnosis/between_recordings.h"
+
+#include <gtest/gtest.h>
+
+#include "diagnosis/baseline.h"
+#include "diagnosis/hypothesis.h"
+#include "tests/diagnosis/outside.h"
+
+namespace lacuna {
+namespace {
+
+using namespace test;
+
+const std::vector<Role> kRoles{Role::train, Role::train, Role::train, Role::validate, Role::test};
+
+/// The plain pendulum, from wrong numbers, on recordings of one that has `effects` and in each an offset of its own.
+Scenario with_offsets(const std::vector<double>& offsets, const std::vector<EffectSpec>& effects = {}) {
+  Scenario scenario = pendulum_scenario(kGuessed);
+  for (std::size_t k = 0; k < kRoles.size(); ++k) {
+    Scenario truth = pendulum_scenario({});
+    truth.effects = effects;
+    truth.effects.push_back({"valve_offset", "swing", {{"b", offsets[k]}}, {}, "test"});
+    const std::string file = "run_" + std::to_string(k + 1) + ".csv";
+    const Drive drive = rested_drive(kRecordedFor, 7.3 * static_cast<double>(k));
+    add_recording(scenario, recording_with({}, truth, drive, file, 11 + k), kRoles[k]);
+  }
+  search_plain_numbers(scenario);
+  return scenario;
+}
+
+/// Beside the plain model with one offset for all, fitted to the train recordings.
+std::vector<OffsetsByRecording> seen_in(const Scenario& scenario) {
+  const PlantModel model(scenario);
+  const Experiment experiment = make_experiment(scenario);
+  const SearchSpace space(model, scenario);
+  IdentifyOptions options;
+  options.optimizer = Optimizer::lsq;
+  FitResult fit;
+  const CurrentModel plain = identify_plain(model, experiment, space, options, fit);
+  const SimulatorOptions simulator = on("featherstone", 0.005);
+  CurrentModel current = extended(plain, experiment, {"valve_offset", "swing", {}, {}, "test"}, plain.fit.point, {0.0});
+  EXPECT_TRUE(refit(current, experiment, simulator, {}));
+  return offsets_by_recording(current, experiment, simulator, {"swing"});
+}
+
+TEST(BetweenRecordings, OffsetsThatDifferAreSeenInTheirSize) {
+  const std::vector<double> truth{0.05, -0.03, 0.01, 0.07, -0.2};
+  const std::vector<OffsetsByRecording> seen = seen_in(with_offsets(truth));
+  ASSERT_EQ(seen.size(), 1u);
+  const OffsetsByRecording& offsets = seen.front();
+  EXPECT_EQ(offsets.joint, "swing");
+  ASSERT_EQ(offsets.recordings.size(), 4u) << "test recordings say nothing";
+  double mean = 0.0, given = 0.0;
+  for (std::size_t k = 0; k < 4; ++k) mean += 0.25 * offsets.recordings[k].second, given += 0.25 * truth[k];
+  // What is a thousandth of a radian's noise over 1000 samples of some .2 rad/V, and what linearity leaves.
+  constexpr double kWithin = 0.004;
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_NEAR(offsets.recordings[k].second - mean, truth[k] - given, kWithin) << offsets.recordings[k].first;
+  EXPECT_GT(offsets.deviation, 0.02);
+  EXPECT_LT(offsets.deviation, 0.1);
+  EXPECT_GT(offsets.share, 0.8) << "all but the noise's own";
+}
+
+TEST(BetweenRecordings, AnOffsetThatAllShareIsNone) {
+  EXPECT_TRUE(seen_in(with_offsets({0.1, 0.1, 0.1, 0.1, 0.1})).empty());
+}
+
+/// Friction that the model lacks leaves more than offsets of some noise would, and is the same in all recordings.
+TEST(BetweenRecordings, ALawThatIsMissingInAllOfThemIsNone) {
+  const EffectSpec friction{"coulomb_friction", "swing", {{"Fc", 0.3}}, {}, "test"};
+  EXPECT_TRUE(seen_in(with_offsets({0.0, 0.0, 0.0, 0.0, 0.0}, {friction})).empty());
+}
+
+}  // namespace
+}  // namespace lacuna
