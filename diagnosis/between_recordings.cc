@@ -117,22 +117,34 @@ class Rows {
     return best;
   }
 
+  using Halves = std::array<std::vector<Eigen::Index>, 2>;  ///< rows
+  /// Of every recording, earlier and later: of one in a piece within it, else of its windows.
+  std::vector<Halves> halves() const {
+    std::vector<std::vector<int>> segments(files_.size());
+    for (const ResidualBlock& b : blocks_) {
+      std::vector<int>& own = segments[file_of(b)];
+      if (std::ranges::find(own, b.segment) == own.end()) own.push_back(b.segment);
+    }
+    std::vector<Halves> out(files_.size());
+    for (const ResidualBlock& b : blocks_) {
+      const std::vector<int>& own = segments[file_of(b)];
+      const auto rank = std::ranges::find(own, b.segment) - own.begin(), all = std::ssize(own);
+      for (Eigen::Index k = 0; k < b.count; ++k) {
+        const bool later = all > 1 ? 2 * rank >= all : 2 * k >= b.count;
+        out[file_of(b)][later ? 1 : 0].push_back(b.first + k);
+      }
+    }
+    return out;
+  }
   /// What either half of every recording gains by the offset that its other half shows.
   double halves_gain(const Eigen::MatrixXd& off, double deviation) const {
-    std::vector<std::array<std::vector<Eigen::Index>, 2>> halves(files_.size());
-    std::vector<Eigen::Index> count(files_.size(), 0), seen(files_.size(), 0);
-    for (const ResidualBlock& b : blocks_) count[file_of(b)] += b.count;
-    for (const ResidualBlock& b : blocks_)
-      for (Eigen::Index k = 0; k < b.count; ++k) {
-        const std::size_t f = file_of(b);
-        halves[f][2 * seen[f]++ < count[f] ? 0 : 1].push_back(b.first + k);
-      }
     double gain = 0.0;
+    const std::vector<Halves> all = halves();
     for (std::size_t f = 0; f < files_.size(); ++f)
       for (const std::size_t half : {0u, 1u}) {
         const Eigen::VectorXd column = off.col(static_cast<Eigen::Index>(f));
-        const Eigen::VectorXd x = column(halves[f][half]), y = rest_(halves[f][half]), u = column(halves[f][1 - half]),
-                              v = rest_(halves[f][1 - half]);
+        const Eigen::VectorXd x = column(all[f][half]), y = rest_(all[f][half]), u = column(all[f][1 - half]),
+                              v = rest_(all[f][1 - half]);
         const double own = -x.dot(y) / (x.squaredNorm() + 1.0 / (deviation * deviation));
         gain += 0.5 * (v.squaredNorm() - (v + own * u).squaredNorm());
       }

@@ -1,6 +1,7 @@
 // Offsets of a valve that differ between recordings are seen, in their size; what is alike in all of them is not.
 #include "diagnosis/between_recordings.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "diagnosis/baseline.h"
@@ -30,7 +31,7 @@ Scenario with_offsets(const std::vector<double>& offsets, const std::vector<Effe
 }
 
 /// Beside the plain model with one offset for all, fitted to the train recordings.
-std::vector<OffsetsByRecording> seen_in(const Scenario& scenario) {
+std::vector<OffsetsByRecording> seen_in(const Scenario& scenario, const std::vector<std::string>& joints = {"swing"}) {
   const PlantModel model(scenario);
   const Experiment experiment = make_experiment(scenario);
   const SearchSpace space(model, scenario);
@@ -39,9 +40,11 @@ std::vector<OffsetsByRecording> seen_in(const Scenario& scenario) {
   FitResult fit;
   const CurrentModel plain = identify_plain(model, experiment, space, options, fit);
   const SimulatorOptions simulator = on("featherstone", 0.005);
-  CurrentModel current = extended(plain, experiment, {"valve_offset", "swing", {}, {}, "test"}, plain.fit.point, {0.0});
+  CurrentModel current = plain;
+  for (const std::string& joint : joints)
+    current = extended(current, experiment, {"valve_offset", joint, {}, {}, "test"}, current.fit.point, {0.0});
   EXPECT_TRUE(refit(current, experiment, simulator, {}));
-  return offsets_by_recording(current, experiment, simulator, {"swing"});
+  return offsets_by_recording(current, experiment, simulator, joints);
 }
 
 TEST(BetweenRecordings, OffsetsThatDifferAreSeenInTheirSize) {
@@ -64,6 +67,20 @@ TEST(BetweenRecordings, OffsetsThatDifferAreSeenInTheirSize) {
 
 TEST(BetweenRecordings, AnOffsetThatAllShareIsNone) {
   EXPECT_TRUE(seen_in(with_offsets({0.1, 0.1, 0.1, 0.1, 0.1})).empty());
+}
+
+/// Two joints in one recording: halves are of its time, not of its joints.
+TEST(BetweenRecordings, OffsetsAreTheirJoints) {
+  std::vector<EffectSpec> offsets;
+  const std::vector<double> truth{0.05, -0.03, 0.01, 0.07};
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    offsets.push_back(
+        {"valve_offset", "swing", {{"b", truth[k]}}, {k == 0 ? "run.csv" : fmt::format("run_{}.csv", k)}, "test"});
+  Scenario scenario = two_machines(offsets, {Role::train, Role::train, Role::train, Role::validate}, kTransducerNoise);
+  search_plain_numbers(scenario);
+  const std::vector<OffsetsByRecording> seen = seen_in(scenario, {"slide", "swing"});
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_EQ(seen.front().joint, "swing");
 }
 
 /// Friction that the model lacks leaves more than offsets of some noise would, and is the same in all recordings.
