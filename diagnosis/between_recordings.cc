@@ -16,9 +16,8 @@ namespace lacuna {
 namespace {
 
 constexpr const char* kOffset = "valve_offset";
-constexpr int kSizes = 60;             ///< standard deviations that are tried,
-constexpr double kSpan = 1e4;          ///< from this part of what one recording tells to so many times it
-constexpr double kNotToldApart = 3.0;  ///< log-likelihood that halves must gain: 20 to 1
+constexpr int kSizes = 60;     ///< standard deviations that are tried,
+constexpr double kSpan = 1e4;  ///< from this part of what one recording tells to so many times it
 
 /// The present model with an offset at every commanded joint, at neutral where there was none.
 CurrentModel with_offsets(const CurrentModel& current, const Experiment& experiment) {
@@ -40,6 +39,7 @@ class Rows {
     blocks_ = problem.layout(seen);
     if (!raw_.allFinite()) return;
     raw_columns_ = problem.jacobian(model.fit.point, raw_, seen);
+    if (!raw_columns_.allFinite()) return;
     std::vector<double> floors = noise_levels(experiment);
     for (std::size_t c = 0; c < floors.size(); ++c) floors[c] /= model.weights[c];
     const Colour colour(raw_, blocks_, floors);

@@ -101,7 +101,7 @@ void settle(Finding& finding, const std::vector<Entrant>& entrants) {
   for (const Entrant& e : entrants) {
     finding.rivals.push_back(e.rival);
     finding.rivals.back().probability = weight(e.evidence) / total;
-    if (e.rival.place == finding.place && -e.evidence < kClassLoss) finding.members.push_back(e.rival.effect);
+    if (e.rival.place == finding.place && -e.evidence < kNotToldApart) finding.members.push_back(e.rival.effect);
   }
 }
 

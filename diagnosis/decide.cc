@@ -93,7 +93,7 @@ std::vector<Tried*> rivals_by_a_hair(const Judge& judge, std::vector<Tried>& tri
     if (!t.refitted || t.train.share < kNearly * tried.front().train.share || !judge.objection(t).empty()) continue;
     const double doubt = judge.doubt(t);
     if (out.empty()) first_doubt = doubt;
-    if (!out.empty() && out.front()->evidence - t.evidence > first_doubt + doubt + kClassLoss) continue;
+    if (!out.empty() && out.front()->evidence - t.evidence > first_doubt + doubt + kNotToldApart) continue;
     out.push_back(&t);
     if (out.size() == kShortlist) break;
   }

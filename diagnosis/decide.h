@@ -30,7 +30,6 @@ namespace lacuna {
 
 constexpr double kChance = 0.01;         ///< of a gain, under no effect
 constexpr double kStandardErrors = 2.0;  ///< by which held-out recordings must go the way of an effect
-constexpr double kClassLoss = 3.0;       ///< evidence within this of the winner's: not separated (odds 20 to 1)
 
 constexpr const char* kLessEvidence = "less evidence";  ///< note of a candidate that could have been kept
 

@@ -9,7 +9,6 @@
 #include "diagnosis/between_recordings.h"
 #include "diagnosis/checkpoint.h"
 #include "diagnosis/coarse.h"
-#include "diagnosis/decide.h"
 #include "diagnosis/effort_search.h"
 #include "diagnosis/events.h"
 #include "diagnosis/evidence.h"
@@ -239,8 +238,6 @@ bool has_heap(const std::vector<Finding>& findings) {
   });
 }
 
-bool names_changed(const LearnedLaws& learned) { return !learned.needless.empty() || !learned.simpler.empty(); }
-
 /// Laws are learned like names in as many windows, and at steps as long, as that needs; then fitted to all, as the
 /// model was.
 LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
@@ -256,32 +253,8 @@ LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& curre
   RunControl quiet = control;
   quiet.progress = nullptr;
   if (!out.changes_nothing()) refit(out.model, experiment, simulator, quiet);
-  if (names_changed(out)) refit(out.named, experiment, simulator, quiet);
+  if (out.changes_names()) refit(out.named, experiment, simulator, quiet);
   return out;
-}
-
-/// A finding that is a simpler effect beside what was learned; the probability of both is shared out anew.
-void rename(Finding& finding, const SimplerName& simpler) {
-  const auto old = std::ranges::find_if(
-      finding.rivals, [&](const Rival& rival) { return rival.effect == simpler.is && rival.place == finding.place; });
-  Rival was{finding.effect, finding.place, 0.0, finding.fixed, {}, finding.recordings};
-  double both = finding.probability;
-  if (old != finding.rivals.end()) both += old->probability, finding.rivals.erase(old);
-  was.probability = both / (1.0 + std::exp(simpler.odds));
-  finding.effect = simpler.is, finding.fixed.clear(), finding.probability = both - was.probability;
-  finding.members = {finding.effect};
-  if (simpler.odds < kClassLoss) finding.members.push_back(was.effect);
-  finding.rivals.insert(finding.rivals.begin(), std::move(was));
-}
-
-/// What learning did to the names.
-void follow(const LearnedLaws& learned, std::vector<Finding>& findings) {
-  std::erase_if(findings, [&](const Finding& f) {
-    return std::ranges::find(learned.needless, NamedPlace(f.effect, f.place)) != learned.needless.end();
-  });
-  for (const SimplerName& simpler : learned.simpler)
-    for (Finding& f : findings)
-      if (NamedPlace(f.effect, f.place) == simpler.was) rename(f, simpler);
 }
 
 /// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
@@ -298,9 +271,9 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
     LearnedLaws learned = learn_in_enough(plain, current, of, simulator, control);
     if (learned.changes_nothing()) return;
     out.learned = std::move(learned.laws);
-    follow(learned, out.findings);
+    learned.follow(out.findings);
     current = std::move(learned.model);
-    if (names_changed(learned)) named = std::move(learned.named);
+    if (learned.changes_names()) named = std::move(learned.named);
   };
   report("laws without a name", 0.89);
   laws(experiment);

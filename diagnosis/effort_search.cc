@@ -24,9 +24,8 @@ constexpr double kMustBring = 10.0;  ///< log evidence, of a change that was fit
 constexpr double kSettled = 100.0;   ///< of a round, under which the colour of what is left is taken for known
 constexpr int kFitIterations = 8;    ///< of a set on its way; to the bottom at the end
 constexpr double kWindow = 8.0;  ///< log evidence behind the best, beyond which a rival is no rival (Occam's window)
-constexpr double kClassWindow = 3.0;  ///< within which rivals are not told apart: 20 to 1
-constexpr int kBlockDraws = 60;       ///< of block resamples
-constexpr double kLeastClaim = 0.5;   ///< probability of a class under which nothing is claimed
+constexpr int kBlockDraws = 60;  ///< of block resamples
+constexpr double kLeastClaim = 0.5;  ///< probability of a class under which nothing is claimed
 
 class EffortSearch {
  public:
@@ -432,7 +431,7 @@ class EffortSearch {
       const Part& part = near.parts()[static_cast<std::size_t>(rivals[s])];
       out.rivals.push_back(
           {part.spec.effect, part.spec.place, shares[s], part.spec.parameters, part.start.front(), {}});
-      if (standing - near.evidence(sets[s]) < kClassWindow) out.members.push_back(part.spec.effect);
+      if (standing - near.evidence(sets[s]) < kNotToldApart) out.members.push_back(part.spec.effect);
     }
     std::stable_sort(out.rivals.begin(), out.rivals.end(),
                      [](const Rival& a, const Rival& b) { return a.probability > b.probability; });

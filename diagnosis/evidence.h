@@ -72,6 +72,9 @@ struct ExcessNoise {
 std::vector<ExcessNoise> excess_over_noise(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks,
                                            std::span<const double> noise_over_weight);
 
+/// Log evidence within which two are not told apart: odds 20 to 1.
+constexpr double kNotToldApart = 3.0;
+
 /// Log evidence from which something that has no name was learned and not made up.
 constexpr double kWorthLearning = 10.0;
 

@@ -21,13 +21,17 @@ namespace lacuna {
 
 /// A named effect that is a simpler one beside the law.
 struct SimplerName {
-  NamedPlace was;
-  std::string is;     ///< effect
-  double odds = 0.0;  ///< log evidence of the simpler one over the other
+  EffectSpec was, is;       ///< at one place
+  std::vector<double> own;  ///< search coordinates where the first stood
+  double odds = 0.0;        ///< log evidence of the simpler one over it
 };
 
 struct LearnedLaws {
-  bool changes_nothing() const { return laws.empty() && needless.empty() && simpler.empty(); }
+  bool changes_names() const { return !needless.empty() || !simpler.empty(); }
+  bool changes_nothing() const { return laws.empty() && !changes_names(); }
+  /// What it did to the names, in the order in which `named` has them: needless ones go, and where one is a simpler one
+  /// the probability of both is shared out anew.
+  void follow(std::vector<Finding>& findings) const;
 
   CurrentModel model;  ///< the present one with the laws found, fitted
   std::vector<LearnedLaw> laws;

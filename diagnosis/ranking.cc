@@ -115,7 +115,8 @@ Finding make_finding(const std::vector<Tried>& tried, std::size_t winner, std::u
     if (out.rivals.size() < 5)
       out.rivals.push_back(
           {spec.effect, spec.place, probability[k], spec.parameters, tried[k].effect.own, spec.recordings});
-    if (spec.place == out.place && best.evidence - tried[k].evidence < kClassLoss) out.members.push_back(spec.effect);
+    if (spec.place == out.place && best.evidence - tried[k].evidence < kNotToldApart)
+      out.members.push_back(spec.effect);
     if (spec.place != out.place && !elsewhere) elsewhere = &tried[k].heldout.blocks;
   }
   const std::vector<double> nothing(best.heldout.blocks.size(), 0.0);

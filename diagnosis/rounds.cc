@@ -94,7 +94,7 @@ double odds_of_pair(const Decision& decision, const Experiment& experiment, Deci
   const Decision second = decide(first, experiment, std::move(screened), options);
   if (!second.finding || second.model.space.size() > decision.model.space.size()) return -HUGE_VAL;
   return evidence_over(decision.model, second.model, experiment, second.simulator) -
-         std::log(static_cast<double>(second.candidates.size())) - kClassLoss;
+         std::log(static_cast<double>(second.candidates.size())) - kNotToldApart;
 }
 
 /// The branch in place of the one kept; its second effect is the next round's to find.
@@ -216,7 +216,7 @@ bool Rounds::find_anew() {
     if (!refit(rest.model, experiment_, simulator, quiet_)) continue;
     const std::tuple before{current, out_.findings, simulator, step};
     current = std::move(rest.model), out_.findings = std::move(rest.findings);
-    if (round() && evidence_over(std::get<0>(before), current, experiment_, simulator) > -kClassLoss) {
+    if (round() && evidence_over(std::get<0>(before), current, experiment_, simulator) > -kNotToldApart) {
       const Finding& found = out_.findings.back();
       out_.notes.push_back(fmt::format("{} at {} was looked for anew with its numbers in {}: {} at {}", taken.effect,
                                        taken.place, std::get<1>(before)[*heir].effect, found.effect, found.place));

@@ -28,7 +28,6 @@ constexpr double kWorthPutting = 10.0;    ///< log evidence that a change must b
 constexpr int kSetIterations = 15;        ///< of a set on its way
 constexpr std::size_t kMostTogether = 4;  ///< members of a compound
 constexpr double kIdleWindow = 8.0;       ///< log evidence under which an undetermined member is idle
-constexpr double kNotToldApart = 3.0;     ///< within which rivals are one class: 20 to 1
 constexpr double kLeastShareOfRest =
     0.1;  ///< that an effect must explain to be worth a fit, and a member to stay unconfirmed
 constexpr double kShareOfExcess = 0.25;    ///< of what stands above the noise at a joint, that its additions must

@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "diagnosis/evidence.h"
 #include "diagnosis/linearised.h"
 
 namespace lacuna {

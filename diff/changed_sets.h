@@ -19,8 +19,6 @@
 
 namespace lacuna {
 
-constexpr double kNotToldApart = 3.0;  ///< of log evidence, within which two subsets are not told apart: 20 to 1
-
 /// One set of recordings about a fit: -log L(y) = 1/2 y' information y - linear' y, up to a constant.
 struct Quadratic {
   Eigen::MatrixXd information;

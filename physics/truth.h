@@ -41,9 +41,9 @@ struct TruthOptions {
   /// Featherstone's equations in `long double` under Fehlberg's pair of orders 8 and 7 instead of `engine`: a
   /// reference. The robot's and the plant's numbers stay the doubles that they are.
   bool extended_precision = false;
-  std::vector<OutsidePhysics> outside;  ///< but for repeated samples, which recordings have and motions do not
-  std::vector<UnevenParameter> uneven;  ///< as Plant::vary() takes them
-  TruthEffort* effort = nullptr;        ///< filled where not null
+  std::vector<OutsidePhysics> outside;       ///< but for repeated samples, which recordings have and motions do not
+  std::vector<UnevenParameter> uneven = {};  ///< as Plant::vary() takes them
+  TruthEffort* effort = nullptr;             ///< filled where not null
   const StopFlag* stop = nullptr;
 };
 

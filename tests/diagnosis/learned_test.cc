@@ -142,6 +142,21 @@ TEST(LearnedLaws, OfAValvesNotchAreOnItsCommand) {
   EXPECT_EQ(d.added.front().effect, "learned_command");
 }
 
+/// The plain pendulum, from wrong numbers, on recordings of one with an effect, whose strength may change along its
+/// way.
+Diagnosis diagnosed_from(const EffectSpec& effect, const std::vector<Unevenness>& uneven = {}) {
+  Scenario truth = pendulum_scenario({}), scenario = pendulum_scenario(kGuessed);
+  truth.effects = {effect};
+  for (const Role role : kEveryRole) {
+    const auto k = static_cast<std::uint64_t>(role);
+    const std::string file = std::string(to_string(role)) + ".csv";
+    const Drive drive = rested_drive(kRecordedFor, 7.3 * static_cast<double>(k));
+    add_recording(scenario, recording_with({}, truth, drive, file, 11 + k, uneven), role);
+  }
+  search_plain_numbers(scenario);
+  return diagnosed(scenario);
+}
+
 /// A pendulum whose transducer turns about another centre than its track: read wrong by a law of the angle.
 TEST(LearnedLaws, OfATransducerAreOnItsReading) {
   constexpr double kWrong = 0.01, kTurns = 9.0;  // rad; per rad
@@ -149,16 +164,7 @@ TEST(LearnedLaws, OfATransducerAreOnItsReading) {
       "learned_reading", "swing", {{"over", 0.0}, {"from", -3.0}, {"to", 3.0}, {"knots", 256.0}}, {}, "test"};
   for (int k = 0; k < 256; ++k)
     ring.parameters["value_" + std::to_string(k + 1)] = kWrong * std::sin(kTurns * (-3.0 + 6.0 * k / 255.0));
-  Scenario truth = pendulum_scenario({}), scenario = pendulum_scenario(kGuessed);
-  truth.effects = {ring};
-  for (const Role role : kEveryRole) {
-    const auto k = static_cast<std::uint64_t>(role);
-    const std::string file = std::string(to_string(role)) + ".csv";
-    const Drive drive = rested_drive(kRecordedFor, 7.3 * static_cast<double>(k));
-    add_recording(scenario, recording_with({}, truth, drive, file, 11 + k), role);
-  }
-  search_plain_numbers(scenario);
-  const Diagnosis d = diagnosed(scenario);
+  const Diagnosis d = diagnosed_from(ring);
   EXPECT_EQ(d.verdict, Verdict::unknown_physics);
   ASSERT_EQ(d.learned.size(), 1u);
   EXPECT_EQ(d.learned.front().stage, Stage::reading) << d.learned.front().description;
@@ -166,26 +172,12 @@ TEST(LearnedLaws, OfATransducerAreOnItsReading) {
   EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
 }
 
-/// The plain pendulum, from wrong numbers, on recordings of one with an effect whose strength changes along its way.
-Diagnosis diagnosed_uneven(const EffectSpec& effect, const Unevenness& uneven) {
-  Scenario truth = pendulum_scenario({}), scenario = pendulum_scenario(kGuessed);
-  truth.effects = {effect};
-  for (const Role role : kEveryRole) {
-    const auto k = static_cast<std::uint64_t>(role);
-    const std::string file = std::string(to_string(role)) + ".csv";
-    const Drive drive = rested_drive(kRecordedFor, 7.3 * static_cast<double>(k));
-    add_recording(scenario, recording_with({}, truth, drive, file, 11 + k, {uneven}), role);
-  }
-  search_plain_numbers(scenario);
-  return diagnosed(scenario);
-}
-
 constexpr double kUneven = 0.3;  // of an effect's strength, either way
 
 /// No machine's law is quite the textbook's: a name that says most of it stays, and what it leaves is learned.
 TEST(LearnedLaws, LeaveTheNameOfAnUnevenFrictionStanding) {
   const EffectSpec friction{"coulomb_friction", "swing", {{"Fc", 0.4}}, {}, "test"};
-  const Diagnosis d = diagnosed_uneven(friction, {"swing.coulomb_friction.Fc", {0, 0, false, kUneven, 0.2, 2.0}});
+  const Diagnosis d = diagnosed_from(friction, {{"swing.coulomb_friction.Fc", {0, 0, false, kUneven, 0.2, 2.0}}});
   EXPECT_EQ(d.verdict, Verdict::missing_physics);
   ASSERT_EQ(d.findings.size(), 1u);
   EXPECT_EQ(d.findings.front().effect, "coulomb_friction");
@@ -200,13 +192,40 @@ TEST(LearnedLaws, LeaveTheNameOfAnUnevenFrictionStanding) {
 TEST(LearnedLaws, LeaveTheNameOfAnUnevenAsymmetryStanding) {
   constexpr double kAsymmetry = 0.1;
   const EffectSpec weaker{"valve_asymmetry", "swing", {{"a", kAsymmetry}}, {}, "test"};
-  const Diagnosis d = diagnosed_uneven(weaker, {"swing.valve_asymmetry.a", {0, 0, true, kUneven, 0.3, 5.0}});
+  const Diagnosis d = diagnosed_from(weaker, {{"swing.valve_asymmetry.a", {0, 0, true, kUneven, 0.3, 5.0}}});
   EXPECT_EQ(d.verdict, Verdict::missing_physics);
   ASSERT_EQ(d.findings.size(), 1u) << d.findings[1].effect;
   EXPECT_EQ(d.findings.front().effect, "valve_asymmetry");
   ASSERT_EQ(d.findings.front().parameters.size(), 1u);
   EXPECT_NEAR(d.findings.front().parameters.front().value, kAsymmetry, kUneven * kAsymmetry);
   EXPECT_LT(rms_in_role(d.after, Role::test), 1.15 * kTransducerNoise);
+}
+
+/// Whatever comes after learning rebuilds models from the findings: these must be what the model has, in its order.
+TEST(LearnedLaws, MakeFindingsOfTheNamesThatTheModelHas) {
+  Scenario scenario = guessed_pendulum([](Role) { return std::vector<OutsidePhysics>{}; });
+  const PlantModel plain(scenario);
+  const EffectSpec stribeck{"stribeck_friction", "swing", {}, {}, ""},
+      coulomb{"coulomb_friction", "swing", {{"v0", 0.0}}, {}, ""}, offset{"valve_offset", "swing", {}, {}, ""};
+  const CurrentModel named{plain.with_effects({offset, coulomb}), SearchSpace(plain, scenario), {}, {}};
+  const LearnedLaws learned{named, {}, {{"com_shift", "swing"}}, {{stribeck, coulomb, {0.1, 0.2, 0.3}, 1.0}}, named};
+  std::vector<Finding> findings(3);
+  for (Finding& f : findings) f.place = "swing";
+  findings[0].effect = "stribeck_friction", findings[0].probability = 0.6;
+  findings[0].rivals = {{"coulomb_friction", "swing", 0.3, {}, {0.1}, {}}, {"backlash", "swing", 0.1, {}, {0.1}, {}}};
+  findings[1].effect = "com_shift", findings[2].effect = "valve_offset";
+  learned.follow(findings);
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].effect, "valve_offset");
+  const Finding& friction = findings[1];
+  EXPECT_EQ(friction.effect, "coulomb_friction");
+  EXPECT_EQ(friction.fixed, coulomb.parameters);
+  EXPECT_NEAR(friction.probability, 0.9 / (1.0 + std::exp(-1.0)), 1e-12);
+  ASSERT_EQ(friction.rivals.size(), 2u);
+  EXPECT_EQ(friction.rivals[0].effect, "stribeck_friction");
+  EXPECT_EQ(friction.rivals[0].own.size(), 3u);
+  EXPECT_NEAR(friction.probability + friction.rivals[0].probability, 0.9, 1e-12);
+  EXPECT_EQ(friction.members, (std::vector<std::string>{"coulomb_friction", "stribeck_friction"})) << "odds of e to 1";
 }
 
 TEST(LearnedLaws, OfATightSpotHaveACurveForEitherWay) {
