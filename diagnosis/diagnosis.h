@@ -103,7 +103,7 @@ struct Unexplained {
     double probability = 0.0;  ///< the rest's share of what was missing there; 0 where it is no more than noise
   };
   std::vector<AtJoint> per_joint;           ///< every joint that is compared
-  std::vector<OffsetsByRecording> offsets;  ///< what of it is the valves' nulls, which are not the same in each
+  std::vector<OffsetsByRecording> offsets = {};  ///< what of it is the valves' nulls, which are not the same in each
 };
 
 /// What no effect of the catalogue stands for, as a function of one variable or two (learned.h).

@@ -83,6 +83,15 @@ TEST(BetweenRecordings, OffsetsAreTheirJoints) {
   EXPECT_EQ(seen.front().joint, "swing");
 }
 
+/// From end to end: beside the offset that the model has for all.
+TEST(BetweenRecordings, AreSaidInADiagnosis) {
+  const Diagnosis d = diagnosed(with_offsets({0.05, -0.03, 0.01, 0.07, 0.0}));
+  EXPECT_TRUE(d.unexplained.present);
+  ASSERT_EQ(d.unexplained.offsets.size(), 1u);
+  EXPECT_EQ(d.unexplained.offsets.front().joint, "swing");
+  EXPECT_EQ(d.unexplained.offsets.front().recordings.size(), 4u);
+}
+
 /// Friction that the model lacks leaves more than offsets of some noise would, and is the same in all recordings.
 TEST(BetweenRecordings, ALawThatIsMissingInAllOfThemIsNone) {
   const EffectSpec friction{"coulomb_friction", "swing", {{"Fc", 0.3}}, {}, "test"};

@@ -89,6 +89,13 @@ TEST(DiagnosisPage, SaysNothingRemainsWhereNothingWasRemoved) {
   EXPECT_NE(page.find("43 % of the held-out residual energy is more than noise, at joint_3"), std::string::npos);
 }
 
+TEST(DiagnosisPage, SaysTheOffsetOfEveryRecording) {
+  Diagnosis d = sample::diagnosis();
+  d.unexplained = {true, {"joint_3"}, {}, {}, 0.43, 0.0, {}, {sample::offsets_by_recording()}};
+  const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
+  EXPECT_NE(page.find("-0.2 in train_1.csv and +0.3 in validate_1.csv"), std::string::npos);
+}
+
 TEST(DiagnosisPage, ANumberThatTheRecordingsDoNotDetermineIsNotPrinted) {
   Diagnosis d = sample::diagnosis();
   d.findings[0].parameters[0] = {"Fc", "N m", 100.0, 0.0, 1513.0, false, false, false, true};

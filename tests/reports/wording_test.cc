@@ -108,6 +108,16 @@ TEST(VerdictSentence, UnknownPhysicsSaysWhere) {
       << verdict_sentence(Scenario{}, d);
 }
 
+TEST(VerdictSentence, SaysWhereAValvesNullIsNotTheSameInEveryRecording) {
+  Diagnosis d = sample::diagnosis();
+  const std::string before = verdict_sentence(Scenario{}, d);
+  d.unexplained.offsets = {sample::offsets_by_recording()};
+  EXPECT_EQ(verdict_sentence(Scenario{}, d),
+            before +
+                " The valve's offset is not the same in every recording at joint_3 (0.25 V, 40 % of what is left "
+                "there): a null that moves.");
+}
+
 TEST(VerdictSentence, SaysWhatWasLearnedInPlaceOfANameAndWhatThatBrings) {
   const LearnedLaw ripple = sample::learned_law();
   // Of both joints: 1.03 and 4.00 times the noise before, 1.03 and 1.01 after, as root mean squares.
