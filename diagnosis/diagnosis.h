@@ -102,7 +102,7 @@ struct Unexplained {
     double over_noise = 0.0;   ///< rms of what is left over the noise's; NaN where the noise is unknown
     double probability = 0.0;  ///< the rest's share of what was missing there; 0 where it is no more than noise
   };
-  std::vector<AtJoint> per_joint;           ///< every joint that is compared
+  std::vector<AtJoint> per_joint;                ///< every joint that is compared
   std::vector<OffsetsByRecording> offsets = {};  ///< what of it is the valves' nulls, which are not the same in each
 };
 
