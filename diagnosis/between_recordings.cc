@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <tuple>
 
 #include "diagnosis/colour.h"
 #include "diagnosis/evidence.h"
@@ -16,12 +15,15 @@ namespace lacuna {
 namespace {
 
 constexpr const char* kOffset = "valve_offset";
-constexpr int kSizes = 60;     ///< standard deviations that are tried,
-constexpr double kSpan = 1e4;  ///< from this part of what one recording tells to so many times it
+constexpr int kSizes = 60;              ///< standard deviations that are tried,
+constexpr double kSpan = 1e4;           ///< from this part of what one recording tells to so many times it
+constexpr std::size_t kMostMoving = 3;  ///< numbers of a joint
 
-/// The present model with an offset at every commanded joint, at neutral where there was none.
+/// The present model with an offset at every commanded joint, at neutral where there was none; a measured effort has no
+/// valve before it.
 CurrentModel with_offsets(const CurrentModel& current, const Experiment& experiment) {
   CurrentModel out = current;
+  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return out;
   for (const EffectSpec& spec : places_of(effect_info(kOffset), current, experiment))
     out = extended(out, experiment, spec, out.fit.point, {0.0});
   return out;
@@ -52,38 +54,59 @@ class Rows {
       const std::string& file = experiment.segments[static_cast<std::size_t>(block.segment)].file;
       if (std::ranges::find(files_, file) == files_.end()) files_.push_back(file);
     }
+    find_halves();
   }
 
   bool are_known() const { return projector_.has_value() && files_.size() > 1; }
-  std::optional<OffsetsByRecording> of(const std::string& joint) const {
-    const std::optional<Eigen::Index> axis = axis_of(joint);
-    if (!axis) return std::nullopt;
-    const Eigen::MatrixXd G = by_recording(columns_.col(*axis)), off = projected(G);
-    const Eigen::MatrixXd square = off.transpose() * off;
-    const Eigen::VectorXd slope = -(off.transpose() * rest_);
-    OffsetsByRecording out;
-    out.joint = joint;
-    std::tie(out.deviation, out.evidence) = most_likely(square, slope);
-    if (!(out.evidence > kWorthLearning)) return std::nullopt;
-    if (!(halves_gain(off, out.deviation) > kNotToldApart)) return std::nullopt;
-    const Eigen::MatrixXd with_prior =
-        square + Eigen::MatrixXd::Identity(square.rows(), square.cols()) / (out.deviation * out.deviation);
-    const Eigen::VectorXd own = with_prior.ldlt().solve(slope);
-    for (std::size_t k = 0; k < files_.size(); ++k)
-      out.recordings.emplace_back(files_[k], own(static_cast<Eigen::Index>(k)));
-    out.unit = model_.model.command_unit(*model_.model.robot().find_joint(joint));
-    out.share = share_of(joint, by_recording(raw_columns_.col(*axis)) * own);
+
+  std::vector<NumberByRecording> at(const std::string& joint) const {
+    std::vector<NumberByRecording> out;
+    std::vector<Moving> chosen;
+    double left = energy_at(joint, raw_);
+    const double before = left;
+    std::vector<std::size_t> open = axes_at(joint);
+    while (chosen.size() < kMostMoving && !open.empty()) {
+      Moving best;
+      for (const std::size_t axis : open) {
+        Moving one = moving(axis, chosen);
+        if (one.evidence > best.evidence) best = std::move(one);
+      }
+      if (!(best.evidence > kWorthLearning)) break;
+      std::erase(open, best.axis);
+      if (!(halves_gain(best, chosen) > kNotToldApart)) continue;
+      chosen.push_back(std::move(best));
+      const double after = energy_at(joint, raw_ + change_by(chosen));
+      out.push_back(described(joint, chosen.back()));
+      out.back().share = before > 0.0 ? (left - after) / before : 0.0;
+      left = after;
+    }
+    const Eigen::VectorXd own = own_of(chosen);
+    for (std::size_t k = 0; k < out.size(); ++k) put_recordings(out[k], chosen[k], own.segment(first_of(k), files()));
     return out;
   }
 
  private:
-  std::optional<Eigen::Index> axis_of(const std::string& joint) const {
-    const int at = model_.model.find_effect_at(kOffset, joint);
-    if (at < 0) return std::nullopt;
-    const int parameter = model_.model.effects()[static_cast<std::size_t>(at)].first;
-    for (std::size_t a = 0; a < model_.space.size(); ++a)
-      if (model_.space.axes()[a].parameter == parameter) return static_cast<Eigen::Index>(a);
-    return std::nullopt;
+  /// A number with one value for each recording.
+  struct Moving {
+    std::size_t axis = 0;
+    double deviation = 0.0;   ///< in its search coordinate,
+    double evidence = 0.0;    ///< over none, beside those chosen before it
+    Eigen::MatrixXd columns;  ///< whitened, one a recording, of one standard deviation
+  };
+  Eigen::Index files() const { return static_cast<Eigen::Index>(files_.size()); }
+  Eigen::Index first_of(std::size_t k) const { return static_cast<Eigen::Index>(k) * files(); }
+
+  /// Of the joint's own numbers; a learned law's points are none.
+  std::vector<std::size_t> axes_at(const std::string& joint) const {
+    std::vector<std::size_t> out;
+    for (std::size_t a = 0; a < model_.space.size(); ++a) {
+      const Parameter& p = parameter(a);
+      if (p.info != nullptr && !p.info->per_knot && p.name.starts_with(joint + ".")) out.push_back(a);
+    }
+    return out;
+  }
+  const Parameter& parameter(std::size_t axis) const {
+    return model_.model.parameters()[static_cast<std::size_t>(model_.space.axes()[axis].parameter)];
   }
   std::size_t file_of(const ResidualBlock& block) const {
     const std::string& file = experiment_.segments[static_cast<std::size_t>(block.segment)].file;
@@ -91,82 +114,138 @@ class Rows {
   }
   /// A column's rows, those of each recording in a column of their own.
   Eigen::MatrixXd by_recording(const Eigen::VectorXd& column) const {
-    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(column.size(), static_cast<Eigen::Index>(files_.size()));
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(column.size(), files());
     for (const ResidualBlock& b : blocks_)
       out.block(b.first, static_cast<Eigen::Index>(file_of(b)), b.count, 1) = column.segment(b.first, b.count);
     return out;
   }
-  Eigen::MatrixXd projected(Eigen::MatrixXd G) const {
-    for (Eigen::Index k = 0; k < G.cols(); ++k) G.col(k) = projector_->rest(G.col(k));
-    return G;
-  }
 
-  /// The standard deviation of most evidence, and its log evidence over none.
-  static std::pair<double, double> most_likely(const Eigen::MatrixXd& square, const Eigen::VectorXd& slope) {
+  /// Columns of all that was chosen, side by side.
+  Eigen::MatrixXd beside(const std::vector<Moving>& chosen) const {
+    Eigen::MatrixXd out(rest_.size(), first_of(chosen.size()));
+    for (std::size_t k = 0; k < chosen.size(); ++k) out.middleCols(first_of(k), files()) = chosen[k].columns;
+    return out;
+  }
+  /// The axis' number as one that moves, its standard deviation that of most evidence beside the chosen ones.
+  Moving moving(std::size_t axis, const std::vector<Moving>& chosen) const {
+    Moving out{axis, 0.0, -HUGE_VAL, by_recording(columns_.col(static_cast<Eigen::Index>(axis)))};
+    for (Eigen::Index k = 0; k < files(); ++k) out.columns.col(k) = projector_->rest(out.columns.col(k));
+    Eigen::MatrixXd square = out.columns.transpose() * out.columns;
+    Eigen::VectorXd slope = out.columns.transpose() * rest_;
+    if (!chosen.empty()) {  // what these take up is no news
+      const Eigen::MatrixXd E = beside(chosen), shared = E.transpose() * out.columns;
+      const auto with_prior = with_unit_prior(E);
+      square -= shared.transpose() * with_prior.solve(shared);
+      slope -= shared.transpose() * with_prior.solve(E.transpose() * rest_);
+    }
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(square);
     const Eigen::ArrayXd tell = of.eigenvalues().array().max(0.0),
                          say = (of.eigenvectors().transpose() * slope).array().square();
-    std::pair<double, double> best{0.0, -HUGE_VAL};
     const double usual = 1.0 / std::sqrt(std::max(tell.mean(), 1e-300));
     for (int k = 0; k < kSizes; ++k) {
       const double s = usual * std::pow(kSpan, 2.0 * k / (kSizes - 1) - 1.0);
       const Eigen::ArrayXd more = 1.0 + s * s * tell;
       const double evidence = 0.5 * (s * s * say / more - more.log()).sum();
-      if (evidence > best.second) best = {s, evidence};
+      if (evidence > out.evidence) out.deviation = s, out.evidence = evidence;
     }
-    return best;
+    out.columns *= out.deviation;
+    return out;
+  }
+  static Eigen::LDLT<Eigen::MatrixXd> with_unit_prior(const Eigen::MatrixXd& E) {
+    return (E.transpose() * E + Eigen::MatrixXd::Identity(E.cols(), E.cols())).ldlt();
+  }
+
+  /// Each recording's own, of one chosen number after the other, in standard deviations.
+  Eigen::VectorXd own_of(const std::vector<Moving>& chosen) const {
+    const Eigen::MatrixXd E = beside(chosen);
+    return -with_unit_prior(E).solve(E.transpose() * rest_);
+  }
+  /// What they make of the residual.
+  Eigen::VectorXd change_by(const std::vector<Moving>& chosen) const {
+    const Eigen::VectorXd own = own_of(chosen);
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(raw_.size());
+    for (std::size_t k = 0; k < chosen.size(); ++k)
+      out += chosen[k].deviation * (by_recording(raw_columns_.col(static_cast<Eigen::Index>(chosen[k].axis))) *
+                                    own.segment(first_of(k), files()));
+    return out;
   }
 
   using Halves = std::array<std::vector<Eigen::Index>, 2>;  ///< rows
   /// Of every recording, earlier and later: of one in a piece within it, else of its windows.
-  std::vector<Halves> halves() const {
+  void find_halves() {
     std::vector<std::vector<int>> segments(files_.size());
     for (const ResidualBlock& b : blocks_) {
       std::vector<int>& own = segments[file_of(b)];
       if (std::ranges::find(own, b.segment) == own.end()) own.push_back(b.segment);
     }
-    std::vector<Halves> out(files_.size());
+    halves_.resize(files_.size());
     for (const ResidualBlock& b : blocks_) {
       const std::vector<int>& own = segments[file_of(b)];
       const auto rank = std::ranges::find(own, b.segment) - own.begin(), all = std::ssize(own);
       for (Eigen::Index k = 0; k < b.count; ++k) {
         const bool later = all > 1 ? 2 * rank >= all : 2 * k >= b.count;
-        out[file_of(b)][later ? 1 : 0].push_back(b.first + k);
+        halves_[file_of(b)][later ? 1 : 0].push_back(b.first + k);
+      }
+    }
+  }
+  /// What either half of every recording gains, beside the chosen ones, by the number that its other half shows.
+  double halves_gain(const Moving& one, const std::vector<Moving>& chosen) const {
+    std::vector<Moving> with = chosen;
+    with.push_back(one);
+    return halves_energy(chosen) - halves_energy(with);
+  }
+  /// Half the energy of either half of every recording after what its other half says of these numbers.
+  double halves_energy(const std::vector<Moving>& numbers) const {
+    double out = 0.0;
+    for (std::size_t f = 0; f < files_.size(); ++f) {
+      Eigen::MatrixXd own(rest_.size(), static_cast<Eigen::Index>(numbers.size()));
+      for (std::size_t k = 0; k < numbers.size(); ++k)
+        own.col(static_cast<Eigen::Index>(k)) = numbers[k].columns.col(static_cast<Eigen::Index>(f));
+      for (const std::size_t half : {0u, 1u}) {
+        const std::vector<Eigen::Index>&said = halves_[f][half], &asked = halves_[f][1 - half];
+        const Eigen::MatrixXd X = own(said, Eigen::all);
+        const Eigen::VectorXd numbers_there = -with_unit_prior(X).solve(X.transpose() * rest_(said));
+        out += 0.5 * (rest_(asked) + own(asked, Eigen::all) * numbers_there).squaredNorm();
       }
     }
     return out;
   }
-  /// What either half of every recording gains by the offset that its other half shows.
-  double halves_gain(const Eigen::MatrixXd& off, double deviation) const {
-    double gain = 0.0;
-    const std::vector<Halves> all = halves();
-    for (std::size_t f = 0; f < files_.size(); ++f)
-      for (const std::size_t half : {0u, 1u}) {
-        const Eigen::VectorXd column = off.col(static_cast<Eigen::Index>(f));
-        const Eigen::VectorXd x = column(all[f][half]), y = rest_(all[f][half]), u = column(all[f][1 - half]),
-                              v = rest_(all[f][1 - half]);
-        const double own = -x.dot(y) / (x.squaredNorm() + 1.0 / (deviation * deviation));
-        gain += 0.5 * (v.squaredNorm() - (v + own * u).squaredNorm());
-      }
-    return gain;
-  }
 
-  /// Of the residual's energy at the joint's channels, what goes with a change of it.
-  double share_of(const std::string& joint, const Eigen::VectorXd& change) const {
-    double before = 0.0, after = 0.0;
+  /// Of a residual at the joint's channels.
+  double energy_at(const std::string& joint, const Eigen::VectorXd& residual) const {
+    double out = 0.0;
     for (const ResidualBlock& b : blocks_) {
       const int j = experiment_.channels[static_cast<std::size_t>(b.channel)].joint;
-      if (experiment_.joint_names[static_cast<std::size_t>(j)] != joint) continue;
-      before += raw_.segment(b.first, b.count).squaredNorm();
-      after += (raw_ + change).segment(b.first, b.count).squaredNorm();
+      if (experiment_.joint_names[static_cast<std::size_t>(j)] == joint)
+        out += residual.segment(b.first, b.count).squaredNorm();
     }
-    return before > 0.0 ? 1.0 - after / before : 0.0;
+    return out;
+  }
+
+  NumberByRecording described(const std::string& joint, const Moving& number) const {
+    const Axis& axis = model_.space.axes()[number.axis];
+    const Parameter& p = parameter(number.axis);
+    const double x = model_.fit.point[number.axis];
+    NumberByRecording out;
+    out.joint = joint, out.number = p.name.substr(joint.size() + 1), out.unit = p.unit;
+    out.value = axis.value(x), out.evidence = number.evidence;
+    out.deviation = std::fabs(axis.value(x + number.deviation) - axis.value(x - number.deviation)) / 2.0;
+    return out;
+  }
+  /// `own`: in standard deviations.
+  void put_recordings(NumberByRecording& out, const Moving& number, const Eigen::VectorXd& own) const {
+    const Axis& axis = model_.space.axes()[number.axis];
+    const double x = model_.fit.point[number.axis];
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      out.recordings.emplace_back(files_[f],
+                                  axis.value(x + number.deviation * own(static_cast<Eigen::Index>(f))) - axis.value(x));
   }
 
   const CurrentModel& model_;
   const Experiment& experiment_;
   std::vector<ResidualBlock> blocks_;
   std::vector<std::string> files_;
+  std::vector<Halves> halves_;             ///< [file]
   Eigen::VectorXd raw_, rest_;             ///< weighted; whitened, what all recordings share off
   Eigen::MatrixXd raw_columns_, columns_;  ///< weighted; whitened
   std::optional<Projector> projector_;
@@ -174,16 +253,16 @@ class Rows {
 
 }  // namespace
 
-std::vector<OffsetsByRecording> offsets_by_recording(const CurrentModel& current, const Experiment& experiment,
-                                                     const SimulatorOptions& simulator,
-                                                     const std::vector<std::string>& joints) {
-  std::vector<OffsetsByRecording> out;
-  if (joints.empty() || std::holds_alternative<InverseDynamics>(experiment.prediction)) return out;
+std::vector<NumberByRecording> numbers_by_recording(const CurrentModel& current, const Experiment& experiment,
+                                                    const SimulatorOptions& simulator,
+                                                    const std::vector<std::string>& joints) {
+  std::vector<NumberByRecording> out;
+  if (joints.empty()) return out;
   const CurrentModel model = with_offsets(current, experiment);
   const Rows rows(model, experiment, simulator);
   if (!rows.are_known()) return out;
   for (const std::string& joint : joints)
-    if (std::optional<OffsetsByRecording> one = rows.of(joint)) out.push_back(std::move(*one));
+    for (NumberByRecording& one : rows.at(joint)) out.push_back(std::move(one));
   return out;
 }
 

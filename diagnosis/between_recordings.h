@@ -1,10 +1,12 @@
-// What is another from recording to recording and the same within each: an offset of a valve whose null moves.
+// What is another from recording to recording and the same within each: an offset or an edge of a valve that moves, a
+// friction that follows the temperature.
 //
-// Beside the fitted model, in which an offset is one number for all recordings, each recording has an offset of its
-// own, d_r, normal about 0 with a standard deviation s that the evidence chooses. Near the fit the whitened residual is
-// linear in them, so that nothing is simulated but the sensitivities (a random effect: C. E. McCulloch, S. R. Searle,
-// Generalized, Linear, and Mixed Models, 2001, ch. 6). A law that the model lacks can look like it where recordings are
-// commanded differently: what one half of a recording says of its offset must predict the other half better.
+// The fitted model has one number for all recordings. Beside it each recording has one of its own, d_r off it, normal
+// about 0 with a standard deviation s that the evidence chooses. Near the fit the whitened residual is linear in them,
+// so that nothing is simulated but the sensitivities (random effects: C. E. McCulloch, S. R. Searle, Generalized,
+// Linear, and Mixed Models, 2001, ch. 6). At every joint the number of most evidence goes first, the next one beside
+// it. A law that the model lacks can look like it where recordings are commanded differently: what one half of a
+// recording says of its number must predict the other half better.
 #pragma once
 
 #include <vector>
@@ -14,10 +16,11 @@
 
 namespace lacuna {
 
-/// At those of `joints` that have a command, where the train and validate recordings speak for it; nothing where
-/// efforts are predicted, in which a valve has no part, and where there is one recording.
-std::vector<OffsetsByRecording> offsets_by_recording(const CurrentModel& current, const Experiment& experiment,
-                                                     const SimulatorOptions& simulator,
-                                                     const std::vector<std::string>& joints);
+/// Of the numbers that the model has at those of `joints` (an offset of every valve among them), where the train and
+/// validate recordings speak for it; in the order of the joints, most evidence first. None where there is one
+/// recording.
+std::vector<NumberByRecording> numbers_by_recording(const CurrentModel& current, const Experiment& experiment,
+                                                    const SimulatorOptions& simulator,
+                                                    const std::vector<std::string>& joints);
 
 }  // namespace lacuna

@@ -403,7 +403,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   out.valves = compare_valves(current, with_events, simulator);
   out.chain = joint_chains(before, current, scenario, with_events, simulator, out.seed);
   judge_rest(out, before, named, experiment, simulator);
-  out.unexplained.offsets = offsets_by_recording(current, with_events, simulator, out.unexplained.where);
+  out.unexplained.numbers = numbers_by_recording(current, with_events, simulator, out.unexplained.where);
   note_test_rest(out, current, with_events, simulator);
   const std::vector<double> noise = noise_levels(experiment);
   const std::vector<Channel>& channels = experiment.channels;

@@ -76,14 +76,16 @@ bool changes_the_model(const Diagnosis& diagnosis);
 /// That one of the finding's class stands at its place, whichever.
 double class_probability(const Finding& finding);
 
-/// A valve whose null lies elsewhere in each recording (between_recordings.h).
-struct OffsetsByRecording {
+/// A number of the diagnosed model that is another one in each recording (between_recordings.h).
+struct NumberByRecording {
   std::string joint;
-  std::string unit;        ///< of the command
+  std::string number;      ///< "valve_deadband.d", "gain": the parameter without its joint
+  std::string unit;        ///< of it
+  double value = 0.0;      ///< the one that the model has for all
   double deviation = 0.0;  ///< standard deviation between recordings
-  double evidence = 0.0;   ///< log evidence over one offset for all
-  double share = 0.0;      ///< of the residual energy there, train and validate recordings, that goes with them
-  std::vector<std::pair<std::string, double>> recordings;  ///< file, its offset beyond what all share
+  double evidence = 0.0;   ///< log evidence over one for all, beside those that stand before it
+  double share = 0.0;      ///< of the residual energy there, train and validate recordings, that goes with it
+  std::vector<std::pair<std::string, double>> recordings;  ///< file, its number beyond what all share
 };
 
 struct Unexplained {
@@ -102,8 +104,8 @@ struct Unexplained {
     double over_noise = 0.0;   ///< rms of what is left over the noise's; NaN where the noise is unknown
     double probability = 0.0;  ///< the rest's share of what was missing there; 0 where it is no more than noise
   };
-  std::vector<AtJoint> per_joint;                ///< every joint that is compared
-  std::vector<OffsetsByRecording> offsets = {};  ///< what of it is the valves' nulls, which are not the same in each
+  std::vector<AtJoint> per_joint;               ///< every joint that is compared
+  std::vector<NumberByRecording> numbers = {};  ///< what of it are numbers that are not the same in each recording
 };
 
 /// What no effect of the catalogue stands for, as a function of one variable or two (learned.h).

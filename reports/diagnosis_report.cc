@@ -186,7 +186,7 @@ Html findings_section(const Diagnosis& d, Marks& marks) {
   std::string open = "Unexplained: " + rest_words(d);
   if (!d.unexplained.where.empty()) open += ", at " + list_of(d.unexplained.where);
   std::vector<std::string> known = d.unexplained.regions;
-  for (const OffsetsByRecording& offsets : d.unexplained.offsets) known.push_back(offsets_words(offsets));
+  for (const NumberByRecording& number : d.unexplained.numbers) known.push_back(number_by_recording_words(number));
   return out + element("div",
                        element("h3", text("What stays unexplained")) + paragraph(open + ".") + bullets(known) +
                            misfits_table(d.unexplained.times, marks),

@@ -217,15 +217,17 @@ Json unexplained_of(const Unexplained& unexplained) {
   Json joints = Json::object();
   for (const Unexplained::AtJoint& at : unexplained.per_joint)
     joints[at.joint] = {{"rms_over_noise", at.over_noise}, {"probability", at.probability}};
-  Json offsets = Json::array();
-  for (const OffsetsByRecording& o : unexplained.offsets) {
+  Json numbers = Json::array();
+  for (const NumberByRecording& n : unexplained.numbers) {
     Json recordings = Json::object();
-    for (const auto& [file, offset] : o.recordings) recordings[file] = offset;
-    offsets.push_back({{"where", o.joint},
-                       {"unit", o.unit},
-                       {"standard_deviation", o.deviation},
-                       {"evidence", o.evidence},
-                       {"share", o.share},
+    for (const auto& [file, beyond] : n.recordings) recordings[file] = beyond;
+    numbers.push_back({{"where", n.joint},
+                       {"number", n.number},
+                       {"unit", n.unit},
+                       {"value", n.value},
+                       {"standard_deviation", n.deviation},
+                       {"evidence", n.evidence},
+                       {"share", n.share},
                        {"recordings", recordings}});
   }
   return {{"present", unexplained.present},
@@ -235,7 +237,7 @@ Json unexplained_of(const Unexplained& unexplained) {
           {"share", unexplained.share},
           {"probability", unexplained.probability},
           {"per_joint", joints},
-          {"offsets_by_recording", offsets}};
+          {"numbers_by_recording", numbers}};
 }
 
 Json json_of(const LearnedLaw& law) {

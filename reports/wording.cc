@@ -162,15 +162,23 @@ std::string unknown_sentence(const Diagnosis& d) {
   return out + ".";
 }
 
-/// What of the rest are offsets that differ between recordings; "" where none were seen.
-std::string offsets_sentence(const Diagnosis& d) {
-  std::vector<std::string> joints;
-  for (const OffsetsByRecording& o : d.unexplained.offsets)
-    joints.push_back(
-        fmt::format("{} ({}, {} of what is left there)", o.joint, quantity(o.deviation, o.unit, 2), percent(o.share)));
-  if (joints.empty()) return {};
-  return fmt::format(" The valve's offset is not the same in every recording at {}: a null that moves.",
-                     list_of(joints));
+/// "b of the valve offset", "gain".
+std::string parameter_words(const std::string& number) {
+  const std::size_t dot = number.find('.');
+  if (dot == std::string::npos) return number;
+  std::string title = effect_title(number.substr(0, dot));
+  if (!title.empty()) title[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(title[0])));
+  return number.substr(dot + 1) + " of the " + title;
+}
+
+/// What of the rest are numbers that differ between recordings; "" where none were seen.
+std::string numbers_sentence(const Diagnosis& d) {
+  std::vector<std::string> each;
+  for (const NumberByRecording& n : d.unexplained.numbers)
+    each.push_back(fmt::format("{} at {} (by {}, {} of what is left there)", parameter_words(n.number), n.joint,
+                               quantity(n.deviation, n.unit, 2), percent(n.share)));
+  if (each.empty()) return {};
+  return fmt::format(" Not the same in every recording: {}.", list_of(each));
 }
 
 /// What was learned in place of a name; "" where nothing was.
@@ -353,13 +361,15 @@ std::string rest_words(const Diagnosis& diagnosis) {
          (diagnosis.findings.empty() ? "is more than noise" : "remains above the noise");
 }
 
-std::string offsets_words(const OffsetsByRecording& offsets) {
+std::string number_by_recording_words(const NumberByRecording& number) {
   std::vector<std::string> each;
-  for (const auto& [file, offset] : offsets.recordings) each.push_back(fmt::format("{:+.2g} in {}", offset, file));
+  for (const auto& [file, beyond] : number.recordings) each.push_back(fmt::format("{:+.2g} in {}", beyond, file));
   return fmt::format(
-      "the null of the valve at {} is not the same in every recording: its offset scatters by {} beside the one that "
-      "the model has for all ({}), and {} of the residual energy there goes with it",
-      offsets.joint, quantity(offsets.deviation, offsets.unit, 2), list_of(each), percent(offsets.share));
+      "{} at {} is not the same in every recording: it scatters by {} about the {} that the model has for all ({}), "
+      "and "
+      "{} of the residual energy there goes with it",
+      parameter_words(number.number), number.joint, quantity(number.deviation, number.unit, 2),
+      quantity(number.value, number.unit, 3), list_of(each), percent(number.share));
 }
 
 /// To milliseconds, whatever the clock stands at.
@@ -398,7 +408,7 @@ std::string verdict_sentence(const Scenario& scenario, const Diagnosis& diagnosi
   std::string out = diagnosis.verdict == Verdict::consistent        ? consistent_sentence(scenario, diagnosis)
                     : diagnosis.verdict == Verdict::unknown_physics ? unknown_sentence(diagnosis)
                                                                     : found_sentence(scenario, diagnosis);
-  out += learned_sentence(scenario, diagnosis) + offsets_sentence(diagnosis) + event_sentence(scenario, diagnosis);
+  out += learned_sentence(scenario, diagnosis) + numbers_sentence(diagnosis) + event_sentence(scenario, diagnosis);
   return out + worse_sentence(diagnosis);
 }
 

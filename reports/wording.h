@@ -56,7 +56,7 @@ Role judged_role(const FitResult& fit);
 /// nothing removed, "... is more than noise".
 std::string rest_words(const Diagnosis& diagnosis);
 /// What each recording's own offset of a valve is, without a full stop.
-std::string offsets_words(const OffsetsByRecording& offsets);
+std::string number_by_recording_words(const NumberByRecording& number);
 
 /// "a push of 12 N m in train_1.csv from 6.1 to 6.6 s".
 std::string event_words(const LearnedEvent& event);

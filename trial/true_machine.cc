@@ -213,7 +213,8 @@ TrueMachine::TrueMachine(const Scenario& scenario, const ConcealOptions& options
   for (std::size_t k = 0; k < options.effects.size(); ++k) add(options.effects[k], k);
   if (options.imperfections.uneven > 0.0) add_uneven();
   if (options.imperfections.drift > 0.0 && std::ranges::none_of(hidden, &Hidden::varies))
-    throw InputError("--drift", "no hidden effect that could drift", "an effect at a joint, other than a contact");
+    throw InputError("--drift", "no hidden effect that could drift",
+                     "an effect at a joint, other than a contact or a delay of the command");
   if (options.imperfections.background > 0.0) add_background();
   if (options.imperfections.misplaced > 0.0)
     misplaced_ = misplaced_centres(options.imperfections.misplaced, plain_, options.effects, options.seed);
@@ -222,12 +223,12 @@ TrueMachine::TrueMachine(const Scenario& scenario, const ConcealOptions& options
 bool Hidden::varies() const {
   const bool contact = std::any_of(parameters_.begin(), parameters_.end(),
                                    [](const EffectParameter& p) { return p.info->scale == Scale::reach; });
-  return info_.where == Where::joint && !contact;
+  return info_.where == Where::joint && info_.stage != Stage::command && !contact;
 }
 
 std::vector<int> Hidden::along_the_way() const {
   std::vector<int> out;
-  if (!varies() || !acts_by_a_law(find_effect(info_.name)) || info_.stage == Stage::command) return out;
+  if (!varies() || !acts_by_a_law(find_effect(info_.name))) return out;
   for (std::size_t k = 0; k < values_.size(); ++k) {
     const double value = values_[k], twice = strengthened(info_, *parameters_[k].info, value, 2.0);
     // A limit is stronger the lower it is.

@@ -30,8 +30,8 @@ class Hidden {
   /// The same of the effect as it was made weaker or stronger.
   double strength_of(const EffectSpec& spec) const;
   const char* contains() const { return info_.contains; }
-  /// Of a joint's law other than a contact's: one whose strength may change with the place, the command or the
-  /// recording.
+  /// Of a joint's law other than a contact's or a delay of the command: one whose strength may change with the place,
+  /// the command or the recording.
   bool varies() const;
   Stage stage() const { return info_.stage; }
   /// Positions among its parameters of those that may change along the way: its strength, and what grows or falls with

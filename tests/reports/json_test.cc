@@ -112,13 +112,13 @@ TEST(DiagnosisJson, SaysOfEveryJointWhatIsLeft) {
                           {"joint_3", {{"rms_over_noise", nullptr}, {"probability", 0.0}}}}));
 }
 
-TEST(DiagnosisJson, SaysWhichOffsetEveryRecordingHas) {
+TEST(DiagnosisJson, SaysWhichNumberEveryRecordingHas) {
   Diagnosis d = sample::diagnosis();
-  EXPECT_EQ(Json::parse(to_json(d, sample::context()))["unexplained"]["offsets_by_recording"], Json::array());
-  d.unexplained.offsets = {sample::offsets_by_recording()};
-  EXPECT_EQ(
-      Json::parse(to_json(d, sample::context()))["unexplained"]["offsets_by_recording"],
-      Json::parse(R"([{"where": "joint_3", "unit": "V", "standard_deviation": 0.25, "evidence": 31.0, "share": 0.4,
+  EXPECT_EQ(Json::parse(to_json(d, sample::context()))["unexplained"]["numbers_by_recording"], Json::array());
+  d.unexplained.numbers = {sample::number_by_recording()};
+  EXPECT_EQ(Json::parse(to_json(d, sample::context()))["unexplained"]["numbers_by_recording"],
+            Json::parse(R"([{"where": "joint_3", "number": "valve_offset.b", "unit": "V", "value": 0.1,
+                             "standard_deviation": 0.25, "evidence": 31.0, "share": 0.4,
                              "recordings": {"train_1.csv": -0.2, "validate_1.csv": 0.3}}])"));
 }
 

@@ -89,9 +89,9 @@ TEST(DiagnosisPage, SaysNothingRemainsWhereNothingWasRemoved) {
   EXPECT_NE(page.find("43 % of the held-out residual energy is more than noise, at joint_3"), std::string::npos);
 }
 
-TEST(DiagnosisPage, SaysTheOffsetOfEveryRecording) {
+TEST(DiagnosisPage, SaysTheNumberOfEveryRecording) {
   Diagnosis d = sample::diagnosis();
-  d.unexplained = {true, {"joint_3"}, {}, {}, 0.43, 0.0, {}, {sample::offsets_by_recording()}};
+  d.unexplained = {true, {"joint_3"}, {}, {}, 0.43, 0.0, {}, {sample::number_by_recording()}};
   const std::string page = diagnosis_page(Scenario{}, d, sample::context(), {});
   EXPECT_NE(page.find("-0.2 in train_1.csv and +0.3 in validate_1.csv"), std::string::npos);
 }

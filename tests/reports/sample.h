@@ -187,8 +187,8 @@ inline Diagnosis eventful_diagnosis(std::vector<LearnedEvent> events) {
 
 /// Every string in it is an attack on the page.
 /// Of joint_3's valve, whose null moved by half a volt.
-inline OffsetsByRecording offsets_by_recording() {
-  return {"joint_3", "V", 0.25, 31.0, 0.4, {{"train_1.csv", -0.2}, {"validate_1.csv", 0.3}}};
+inline NumberByRecording number_by_recording() {
+  return {"joint_3", "valve_offset.b", "V", 0.1, 0.25, 31.0, 0.4, {{"train_1.csv", -0.2}, {"validate_1.csv", 0.3}}};
 }
 
 inline Diagnosis hostile_diagnosis() {
@@ -203,7 +203,7 @@ inline Diagnosis hostile_diagnosis() {
   f.times = {{attack, 0.0, 1.0}};
   f.parameters.front().name = f.parameters.front().unit = attack;
   d.unexplained = {true, {attack}, {attack}, {{attack, attack, 0.0, 1.0, 3.0, 1e-9}}, 0.5, 0.0, {}};
-  d.unexplained.offsets = {{attack, attack, 0.1, 20.0, 0.3, {{attack, 0.1}}}};
+  d.unexplained.numbers = {{attack, attack, attack, 1.0, 0.1, 20.0, 0.3, {{attack, 0.1}}}};
   LearnedLaw law = learned_law();
   law.place = law.unit = law.over.front().unit = law.over.front().name = attack;
   describe_curve(law);

@@ -108,14 +108,15 @@ TEST(VerdictSentence, UnknownPhysicsSaysWhere) {
       << verdict_sentence(Scenario{}, d);
 }
 
-TEST(VerdictSentence, SaysWhereAValvesNullIsNotTheSameInEveryRecording) {
+TEST(VerdictSentence, SaysWhichNumbersAreNotTheSameInEveryRecording) {
   Diagnosis d = sample::diagnosis();
   const std::string before = verdict_sentence(Scenario{}, d);
-  d.unexplained.offsets = {sample::offsets_by_recording()};
+  d.unexplained.numbers = {sample::number_by_recording(), sample::number_by_recording()};
+  d.unexplained.numbers.back().number = "gain", d.unexplained.numbers.back().unit = "N m/V";
   EXPECT_EQ(verdict_sentence(Scenario{}, d),
             before +
-                " The valve's offset is not the same in every recording at joint_3 (0.25 V, 40 % of what is left "
-                "there): a null that moves.");
+                " Not the same in every recording: b of the valve offset at joint_3 (by 0.25 V, 40 % of what is left "
+                "there) and gain at joint_3 (by 0.25 N m/V, 40 % of what is left there).");
 }
 
 TEST(VerdictSentence, SaysWhatWasLearnedInPlaceOfANameAndWhatThatBrings) {
