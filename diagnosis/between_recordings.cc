@@ -96,12 +96,13 @@ class Rows {
   Eigen::Index files() const { return static_cast<Eigen::Index>(files_.size()); }
   Eigen::Index first_of(std::size_t k) const { return static_cast<Eigen::Index>(k) * files(); }
 
-  /// Of the joint's own numbers; a learned law's points are none.
+  /// Of the joint's own numbers; a learned law's points are none, nor is what lies at infinity.
   std::vector<std::size_t> axes_at(const std::string& joint) const {
     std::vector<std::size_t> out;
     for (std::size_t a = 0; a < model_.space.size(); ++a) {
       const Parameter& p = parameter(a);
-      if (p.info != nullptr && !p.info->per_knot && p.name.starts_with(joint + ".")) out.push_back(a);
+      const bool own = p.info != nullptr && !p.info->per_knot && p.name.starts_with(joint + ".");
+      if (own && std::isfinite(model_.space.axes()[a].value(model_.fit.point[a]))) out.push_back(a);
     }
     return out;
   }
@@ -223,22 +224,28 @@ class Rows {
   }
 
   NumberByRecording described(const std::string& joint, const Moving& number) const {
-    const Axis& axis = model_.space.axes()[number.axis];
     const Parameter& p = parameter(number.axis);
-    const double x = model_.fit.point[number.axis];
     NumberByRecording out;
     out.joint = joint, out.number = p.name.substr(joint.size() + 1), out.unit = p.unit;
-    out.value = axis.value(x), out.evidence = number.evidence;
-    out.deviation = std::fabs(axis.value(x + number.deviation) - axis.value(x - number.deviation)) / 2.0;
+    out.value = model_.space.axes()[number.axis].value(model_.fit.point[number.axis]);
+    out.deviation = std::fabs(in_its_unit(number));
+    out.evidence = number.evidence;
     return out;
   }
   /// `own`: in standard deviations.
   void put_recordings(NumberByRecording& out, const Moving& number, const Eigen::VectorXd& own) const {
+    for (std::size_t f = 0; f < files_.size(); ++f)
+      out.recordings.emplace_back(files_[f], in_its_unit(number) * own(static_cast<Eigen::Index>(f)));
+  }
+  /// One standard deviation, in the parameter's unit: as linear as all else here.
+  double in_its_unit(const Moving& number) const {
     const Axis& axis = model_.space.axes()[number.axis];
     const double x = model_.fit.point[number.axis];
-    for (std::size_t f = 0; f < files_.size(); ++f)
-      out.recordings.emplace_back(files_[f],
-                                  axis.value(x + number.deviation * own(static_cast<Eigen::Index>(f))) - axis.value(x));
+    switch (axis.coordinate) {
+      case Coordinate::inverse: return -number.deviation * axis.unit / (x * x);
+      case Coordinate::logarithm: return number.deviation * axis.value(x);
+      default: return number.deviation * axis.unit;
+    }
   }
 
   const CurrentModel& model_;

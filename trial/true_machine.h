@@ -56,8 +56,8 @@ class Hidden {
 
 /// What acts in a machine besides its plain plant.
 struct TrueLaws {
-  std::vector<EffectSpec> effects;
-  std::vector<OutsidePhysics> outside;
+  std::vector<EffectSpec> effects = {};
+  std::vector<OutsidePhysics> outside = {};
   Background background = {};
   bool imperfect = false;  ///< the first effects are the hidden ones, uneven and drifting as the options say
 };

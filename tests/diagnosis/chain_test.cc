@@ -122,7 +122,9 @@ TEST(Chain, HoldsThroughoutWhereNothingIsMissing) {
       EXPECT_FALSE(part.fails());
       EXPECT_FALSE(part.still_fails());
       EXPECT_GT(part.before, 0.5 * part.noise);
-      if (part.part != ChainPart::flow_to_pressure) EXPECT_GT(part.signal, part.noise);
+      if (part.part != ChainPart::flow_to_pressure) {
+        EXPECT_GT(part.signal, part.noise);
+      }
     }
   }
 }

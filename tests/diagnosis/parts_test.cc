@@ -142,8 +142,8 @@ Scenario rods_on_cylinders(double stiffness, std::vector<EffectSpec> concealed, 
     return actuator(joint, "flow_source", {{"gain", 0.5}, {"stiffness", stiffness}, {"damping", 0.01 * stiffness}});
   };
   const auto at_rest = [&](int k) {
-    const Drive drive = rested_drive(turns ? 24.0 : 8.0, 7.3 * k, 2);
-    return turns ? in_turn(drive) : drive;
+    const Drive commands = rested_drive(turns ? 24.0 : 8.0, 7.3 * k, 2);
+    return turns ? in_turn(commands) : commands;
   };
   const Start rest{{0.0, 0.0}, {0.0, 0.0}, false};
   Scenario out = driven_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"),
