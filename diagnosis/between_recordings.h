@@ -16,8 +16,7 @@ namespace lacuna {
 
 /// At those of `joints` that have a command, where the train and validate recordings speak for it; nothing where
 /// efforts are predicted, in which a valve has no part, and where there is one recording.
-std::vector<OffsetsByRecording> offsets_by_recording(const CurrentModel& current, const Experiment& experiment,
-                                                     const SimulatorOptions& simulator,
+std::vector<OffsetsByRecording> offsets_by_recording(const CurrentModel& current, const FitContext& context,
                                                      const std::vector<std::string>& joints);
 
 }  // namespace lacuna

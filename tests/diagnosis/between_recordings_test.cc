@@ -39,12 +39,12 @@ std::vector<OffsetsByRecording> seen_in(const Scenario& scenario, const std::vec
   options.optimizer = Optimizer::lsq;
   FitResult fit;
   const CurrentModel plain = identify_plain(model, experiment, space, options, fit);
-  const SimulatorOptions simulator = on("featherstone", 0.005);
+  const FitContext context{experiment, on("featherstone", 0.005)};
   CurrentModel current = plain;
   for (const std::string& joint : joints)
     current = extended(current, experiment, {"valve_offset", joint, {}, {}, "test"}, current.fit.point, {0.0});
-  EXPECT_TRUE(refit(current, experiment, simulator, {}));
-  return offsets_by_recording(current, experiment, simulator, joints);
+  EXPECT_TRUE(refit(current, context));
+  return offsets_by_recording(current, context, joints);
 }
 
 TEST(BetweenRecordings, OffsetsThatDifferAreSeenInTheirSize) {
