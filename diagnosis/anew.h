@@ -15,7 +15,6 @@ namespace lacuna {
 /// still missing, or stood there that have been exchanged or taken out since. Where the motion cannot be simulated
 /// without a finding, the second half stays what it was. `plain`, `current`, `findings` as in without.h.
 void judge_anew(const CurrentModel& plain, const CurrentModel& current, std::vector<Finding>& findings,
-                const Experiment& experiment, const SimulatorOptions& options, const RunControl& control, int tries,
-                std::uint64_t seed);
+                const FitContext& context, int tries, std::uint64_t seed);
 
 }  // namespace lacuna

@@ -17,49 +17,47 @@ constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is wo
 constexpr double kSearchStep = 2.0;  ///< steps of the population search over those of the fit: it ranks only
 
 /// Weights after the present residual, if one of them differs by enough; whether it does.
-bool update_weights(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
-  std::vector<double> next = weights_from(current, experiment, options);
+bool update_weights(CurrentModel& current, const FitContext& context) {
+  std::vector<double> next = weights_from(current, context);
   bool same = true;
   for (std::size_t c = 0; c < next.size(); ++c) {
     same = same && std::fabs(next[c] - current.weights[c]) <= kSameWeight * current.weights[c];
   }
   if (same) return false;
-  change_weights(current, experiment, options, std::move(next));
+  change_weights(current, context, std::move(next));
   return true;
 }
 
-/// Whether the train recordings can be simulated from `point` at that step.
-bool runs(const CurrentModel& current, const Experiment& experiment, SimulatorOptions simulator, double step) {
-  simulator.max_step = step;
-  Problem problem(current.model, experiment, current.space, simulator, current.weights);
-  return problem.residual(current.fit.point, experiment.with_role(Role::train)).allFinite();
+/// Whether the train recordings can be simulated from its point at that step.
+bool runs(const CurrentModel& current, const FitContext& context) {
+  return problem_of(current, context)
+      .residual(current.fit.point, context.experiment.with_role(Role::train))
+      .allFinite();
 }
 
 /// The population search and its best, re-identified until little is gained: at the present model's step, the search at
 /// a coarser one where that model runs. `fit` receives the record of the search. Nothing where no member runs: the
 /// present model stands.
-std::optional<LeastSquaresResult> search(const CurrentModel& present, const Experiment& experiment,
-                                         const IdentifyOptions& options, double step, FitResult& fit) {
+std::optional<LeastSquaresResult> search(const CurrentModel& present, const FitContext& context,
+                                         const IdentifyOptions& options, FitResult& fit) {
   IdentifyOptions searched = options;
   if (searched.optimizer == Optimizer::ga_lsq) searched.optimizer = Optimizer::ga;
-  const bool coarser = runs(present, experiment, options.simulator, kSearchStep * step);
-  searched.step = coarser ? kSearchStep * step : step;
+  const double step = context.simulator.max_step;
+  searched.step = runs(present, context.with_step(kSearchStep * step)) ? kSearchStep * step : step;
   CurrentModel best = present;
   try {
-    fit = identify(present.model, experiment, present.space, searched);
+    fit = identify(present.model, context.experiment, present.space, searched);
   } catch (const WorkError&) {
     return std::nullopt;
   }
   best.fit = fit.solution;
-  SimulatorOptions simulator = options.simulator;
-  simulator.max_step = step;
-  if (!refit(best, experiment, simulator, options.control)) return std::nullopt;
+  if (!refit(best, context)) return std::nullopt;
   return best.fit;
 }
 
 /// The best of the descents made and of further starts becomes the present solution.
-void best_of(std::vector<LeastSquaresResult> ends, const Experiment& experiment, const SimulatorOptions& simulator,
-             const IdentifyOptions& options, CurrentModel& current, FitResult& fit) {
+void best_of(std::vector<LeastSquaresResult> ends, const FitContext& context, std::uint64_t seed, CurrentModel& current,
+             FitResult& fit) {
   const auto& axes = current.space.axes();
   const bool priors = std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); });
   if (!priors) {  // nothing to draw further starts from
@@ -67,15 +65,14 @@ void best_of(std::vector<LeastSquaresResult> ends, const Experiment& experiment,
         ends.begin(), ends.end(), [](const auto& a, const auto& b) { return a.sum_of_squares < b.sum_of_squares; }));
     return;
   }
-  Problem problem(current.model, experiment, current.space, simulator, current.weights);
+  Problem problem = problem_of(current, context);
   LeastSquaresOptions descent;
   descent.iterations = kRefitIterations;
   descent.tolerance = kRefitTolerance;
   descent.polish = false;
-  descent.control = options.control;
-  descent.control.progress = nullptr;
-  SeveralStarts found = from_several_starts(problem, experiment.with_role(Role::train), std::move(ends),
-                                            noise_is_known(experiment), options.genetic.seed, descent);
+  descent.control = context.control.quiet();
+  SeveralStarts found = from_several_starts(problem, context.experiment.with_role(Role::train), std::move(ends),
+                                            noise_is_known(context.experiment), seed, descent);
   current.fit = std::move(found.best);
   fit.arrived = found.arrived;
   fit.doubt = found.doubt;
@@ -110,17 +107,22 @@ std::vector<double> noise_levels(const Experiment& experiment) {
   return out;
 }
 
-std::vector<double> weights_from(const CurrentModel& current, const Experiment& experiment,
-                                 const SimulatorOptions& options) {
-  Problem problem(current.model, experiment, current.space, options, current.weights);
-  const std::vector<int> train = experiment.with_role(Role::train);
+std::vector<double> noise_over_weight(const Experiment& experiment, std::span<const double> weights) {
+  std::vector<double> out = noise_levels(experiment);
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] /= weights[c];
+  return out;
+}
+
+std::vector<double> weights_from(const CurrentModel& current, const FitContext& context) {
+  Problem problem = problem_of(current, context);
+  const std::vector<int> train = context.experiment.with_role(Role::train);
   std::vector<double> sum(current.weights.size(), 0.0), count = sum, out = current.weights;
   for (const ResidualBlock& block : problem.layout(train)) {
     const std::size_t c = static_cast<std::size_t>(block.channel);
     sum[c] += current.fit.residual.segment(block.first, block.count).squaredNorm();
     count[c] += static_cast<double>(block.count);
   }
-  const std::vector<double> noise = noise_levels(experiment);
+  const std::vector<double> noise = noise_levels(context.experiment);
   for (std::size_t c = 0; c < out.size(); ++c) {
     if (!(count[c] > 0.0)) continue;
     const double rms = current.weights[c] * std::sqrt(sum[c] / count[c]);
@@ -129,38 +131,35 @@ std::vector<double> weights_from(const CurrentModel& current, const Experiment& 
   return out;
 }
 
-bool refit(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
-           const RunControl& control, double tolerance, const Eigen::MatrixXd* jacobian, int iterations) {
-  Problem problem(model.model, experiment, model.space, options, model.weights);
+bool refit(CurrentModel& model, const FitContext& context, double tolerance, const Eigen::MatrixXd* jacobian,
+           int iterations) {
+  Problem problem = problem_of(model, context);
   LeastSquaresOptions finish;
   finish.iterations = iterations;
   finish.tolerance = tolerance;
   finish.polish = false;
   finish.jacobian = jacobian;
-  finish.control = control;
-  finish.control.progress = nullptr;
+  finish.control = context.control.quiet();
   try {
-    model.fit = solve_least_squares(problem, model.fit.point, experiment.with_role(Role::train), finish);
+    model.fit = solve_least_squares(problem, model.fit.point, context.experiment.with_role(Role::train), finish);
   } catch (const WorkError&) {
     return false;
   }
   return true;
 }
 
-void change_weights(CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options,
-                    std::vector<double> weights) {
-  const std::vector<int> train = experiment.with_role(Role::train);
-  const Problem before(model.model, experiment, model.space, options, model.weights);
-  const Problem after(model.model, experiment, model.space, options, weights);
+void change_weights(CurrentModel& model, const FitContext& context, std::vector<double> weights) {
+  const std::vector<int> train = context.experiment.with_role(Role::train);
+  const Problem before = problem_of(model, context);
+  const Problem after = problem_of(model, context, weights);
   model.fit.residual = after.reweighed(std::move(model.fit.residual), before, train);
   model.fit.jacobian = after.reweighed(std::move(model.fit.jacobian), before, train);
   model.weights = std::move(weights);
 }
 
-void evaluate_at(CurrentModel& model, std::vector<double> point, const Experiment& experiment,
-                 const SimulatorOptions& options) {
-  Problem problem(model.model, experiment, model.space, options, model.weights);
-  const std::vector<int> train = experiment.with_role(Role::train);
+void evaluate_at(CurrentModel& model, std::vector<double> point, const FitContext& context) {
+  Problem problem = problem_of(model, context);
+  const std::vector<int> train = context.experiment.with_role(Role::train);
   model.fit = {};
   model.fit.point = std::move(point);
   model.fit.residual = problem.residual(model.fit.point, train);
@@ -169,27 +168,26 @@ void evaluate_at(CurrentModel& model, std::vector<double> point, const Experimen
   model.fit.prior_cost = prior_cost(model.space.axes(), model.fit.point);
 }
 
-CurrentModel seen_in(const CurrentModel& model, const Experiment& experiment, const SimulatorOptions& options) {
+CurrentModel seen_in(const CurrentModel& model, const FitContext& context) {
   CurrentModel out{model.model, model.space, model.weights, {}};
-  evaluate_at(out, model.fit.point, experiment, options);
+  evaluate_at(out, model.fit.point, context);
   return out;
 }
 
-void refine(CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
-            const RunControl& control, int iterations) {
-  const std::vector<int> train = experiment.with_role(Role::train);
+void refine(CurrentModel& current, const FitContext& context, int iterations) {
+  const std::vector<int> train = context.experiment.with_role(Role::train);
   LeastSquaresOptions finish;
-  finish.control = control;
+  finish.control = context.control;
   finish.iterations = iterations;
   finish.polish = false;
   finish.nearby = true;
   for (int k = 0;; ++k) {
-    Problem problem(current.model, experiment, current.space, options, current.weights);
+    Problem problem = problem_of(current, context);
     const Eigen::MatrixXd known = std::move(current.fit.jacobian);
     const auto size = static_cast<Eigen::Index>(current.space.size());
     finish.jacobian = known.cols() == size && known.rows() == current.fit.residual.size() ? &known : nullptr;
     current.fit = solve_least_squares(problem, current.fit.point, train, finish);
-    if (k == kReweightings || !update_weights(current, experiment, options)) return;
+    if (k == kReweightings || !update_weights(current, context)) return;
   }
 }
 
@@ -199,34 +197,32 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
   from_start.optimizer = Optimizer::lsq;
   from_start.tolerance = kRefitTolerance;
   fit = identify(model, experiment, space, from_start);
-  SimulatorOptions simulator = options.simulator;
-  simulator.max_step = fit.step.step;
+  const FitContext context = FitContext{experiment, options.simulator, options.control}.with_step(fit.step.step);
   CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
   std::vector<LeastSquaresResult> ends{fit.solution};
   if (options.optimizer != Optimizer::lsq && space.size() > 0) {
     FitResult searched;
-    const auto other = search(current, experiment, options, fit.step.step, searched);
+    const auto other = search(current, context, options, searched);
     if (other) ends.push_back(*other);
     fit.optimizer = to_string(options.optimizer);
     fit.history = std::move(searched.history);
     fit.search_cost = searched.search_cost;
     fit.evaluations += searched.evaluations + (other ? other->evaluations : 0);
   }
-  if (space.size() > 0) best_of(std::move(ends), experiment, simulator, options, current, fit);
-  update_weights(current, experiment, simulator);
-  refine(current, experiment, simulator, options.control);
-  record_fit(current, experiment, simulator, fit);
+  if (space.size() > 0) best_of(std::move(ends), context, options.genetic.seed, current, fit);
+  update_weights(current, context);
+  refine(current, context);
+  record_fit(current, context, fit);
   return current;
 }
 
-void record_fit(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options,
-                FitResult& fit) {
-  Problem problem(current.model, experiment, current.space, options, current.weights);
+void record_fit(const CurrentModel& current, const FitContext& context, FitResult& fit) {
+  Problem problem = problem_of(current, context);
   fit.solution = current.fit;
   fit.point = current.fit.point;
   fit.values = current.space.expand(fit.point);
-  describe_fit(current.model, current.space, problem, experiment.with_role(Role::train), fit);
-  carry_scale_error(current.model, current.space, experiment, fit.estimates);
+  describe_fit(current.model, current.space, problem, context.experiment.with_role(Role::train), fit);
+  carry_scale_error(current.model, current.space, context.experiment, fit.estimates);
   fit.rms.clear();
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     fit.rms.emplace_back(role, residual_rms(problem, fit.values, role));

@@ -32,26 +32,23 @@ CurrentModel with_offsets(const CurrentModel& current, const Experiment& experim
 /// Residual and sensitivities on the recordings that may be looked at, whitened; what all recordings share is off.
 class Rows {
  public:
-  Rows(const CurrentModel& model, const Experiment& experiment, const SimulatorOptions& simulator)
-      : model_(model), experiment_(experiment) {
-    std::vector<int> seen = experiment.with_role(Role::train);
-    for (const int s : experiment.with_role(Role::validate)) seen.push_back(s);
-    Problem problem(model.model, experiment, model.space, simulator, model.weights);
+  Rows(const CurrentModel& model, const FitContext& context) : model_(model), experiment_(context.experiment) {
+    std::vector<int> seen = experiment_.with_role(Role::train);
+    for (const int s : experiment_.with_role(Role::validate)) seen.push_back(s);
+    Problem problem = problem_of(model, context);
     raw_ = problem.residual(model.fit.point, seen);
     blocks_ = problem.layout(seen);
     if (!raw_.allFinite()) return;
     raw_columns_ = problem.jacobian(model.fit.point, raw_, seen);
     if (!raw_columns_.allFinite()) return;
-    std::vector<double> floors = noise_levels(experiment);
-    for (std::size_t c = 0; c < floors.size(); ++c) floors[c] /= model.weights[c];
-    const Colour colour(raw_, blocks_, floors);
+    const Colour colour(raw_, blocks_, noise_over_weight(experiment_, model.weights));
     rest_ = raw_, columns_ = raw_columns_;
     colour.whiten(rest_, blocks_);
     colour.whiten(columns_, blocks_);
     projector_.emplace(columns_);
     rest_ = projector_->rest(rest_);
     for (const ResidualBlock& block : blocks_) {
-      const std::string& file = experiment.segments[static_cast<std::size_t>(block.segment)].file;
+      const std::string& file = experiment_.segments[static_cast<std::size_t>(block.segment)].file;
       if (std::ranges::find(files_, file) == files_.end()) files_.push_back(file);
     }
     find_halves();
@@ -260,13 +257,12 @@ class Rows {
 
 }  // namespace
 
-std::vector<NumberByRecording> numbers_by_recording(const CurrentModel& current, const Experiment& experiment,
-                                                    const SimulatorOptions& simulator,
+std::vector<NumberByRecording> numbers_by_recording(const CurrentModel& current, const FitContext& context,
                                                     const std::vector<std::string>& joints) {
   std::vector<NumberByRecording> out;
   if (joints.empty()) return out;
-  const CurrentModel model = with_offsets(current, experiment);
-  const Rows rows(model, experiment, simulator);
+  const CurrentModel model = with_offsets(current, context.experiment);
+  const Rows rows(model, context);
   if (!rows.are_known()) return out;
   for (const std::string& joint : joints)
     for (NumberByRecording& one : rows.at(joint)) out.push_back(std::move(one));

@@ -19,8 +19,7 @@ namespace lacuna {
 /// Of the numbers that the model has at those of `joints` (an offset of every valve among them), where the train and
 /// validate recordings speak for it; in the order of the joints, most evidence first. None where there is one
 /// recording.
-std::vector<NumberByRecording> numbers_by_recording(const CurrentModel& current, const Experiment& experiment,
-                                                    const SimulatorOptions& simulator,
+std::vector<NumberByRecording> numbers_by_recording(const CurrentModel& current, const FitContext& context,
                                                     const std::vector<std::string>& joints);
 
 }  // namespace lacuna

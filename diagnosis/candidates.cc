@@ -88,6 +88,14 @@ bool commanded_at_once(const Experiment& experiment) {
 
 }  // namespace
 
+Problem problem_of(const CurrentModel& model, const FitContext& context, std::vector<double> weights) {
+  return {model.model, context.experiment, model.space, context.simulator, std::move(weights)};
+}
+
+Problem problem_of(const CurrentModel& model, const FitContext& context) {
+  return problem_of(model, context, model.weights);
+}
+
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
   std::vector<EffectSpec> out;
   if (info.learned) return out;

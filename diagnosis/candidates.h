@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ga/fit_context.h"
 #include "ga/least_squares.h"
 #include "physics/catalogue.h"
 
@@ -17,6 +18,11 @@ struct CurrentModel {
   std::vector<double> weights;  ///< rms per predicted channel
   LeastSquaresResult fit;       ///< on the train segments
 };
+
+/// Its search problem on the context's recordings, in its own weights or in others. Model and recordings must outlive
+/// it.
+Problem problem_of(const CurrentModel& model, const FitContext& context);
+Problem problem_of(const CurrentModel& model, const FitContext& context, std::vector<double> weights);
 
 /// An effect at each place where it can show and does not stand yet: on a command or an actuator where there is one, on
 /// a motion where it is measured and moves, on a reading where positions are predicted.

@@ -97,11 +97,10 @@ bool PartFit::fails() const { return why_not.empty() && beyond(p_before, before,
 bool PartFit::still_fails() const { return why_not.empty() && beyond(p_after, after, expected_after); }
 
 std::vector<JointChain> joint_chains(const CurrentModel& before, const CurrentModel& after, const Scenario& scenario,
-                                     const Experiment& experiment, const SimulatorOptions& options,
-                                     std::uint64_t seed) {
+                                     const FitContext& context, std::uint64_t seed) {
   std::vector<JointChain> out;
   if (std::holds_alternative<InverseDynamics>(scenario.prediction) || scenario.pressure_driven) return out;
-  const std::vector<int> positions = position_channels(experiment);
+  const std::vector<int> positions = position_channels(context.experiment);
   std::vector<int> indices, without_areas;
   for (std::size_t j = 0; j < positions.size(); ++j) {
     const Joint& joint = scenario.robot->joints()[j];
@@ -110,10 +109,10 @@ std::vector<JointChain> joint_chains(const CurrentModel& before, const CurrentMo
     indices.push_back(static_cast<int>(j));
     if (!out.back().areas_given) without_areas.push_back(indices.back());
   }
-  if (out.empty() || not_fitted(experiment).empty()) return {};
+  if (out.empty() || not_fitted(context.experiment).empty()) return {};
   std::vector<JointLook> chambers, flows;
-  if (without_areas.size() < out.size()) chambers = chamber_looks(before, after, scenario, options, seed);
-  if (!without_areas.empty()) flows = flow_looks(before, after, scenario, experiment, options, seed, without_areas);
+  if (without_areas.size() < out.size()) chambers = chamber_looks(before, after, scenario, context.simulator, seed);
+  if (!without_areas.empty()) flows = flow_looks(before, after, scenario, context, seed, without_areas);
   for (std::size_t k = 0; k < out.size(); ++k) {
     const std::vector<JointLook>& looks = out[k].areas_given ? chambers : flows;
     for (PartFit& part : out[k].parts) {

@@ -32,6 +32,7 @@
 namespace lacuna {
 
 struct CurrentModel;
+struct FitContext;
 
 enum class ChainPart { command_to_flow, supply, flow_to_pressure, pressure_to_motion };
 inline constexpr std::array<ChainPart, 4> kParts{ChainPart::command_to_flow, ChainPart::supply,
@@ -63,6 +64,6 @@ struct JointChain {
 /// Joints whose both pressures are measured and whose position is, in simulated predictions; none where inverse
 /// dynamics cannot be had (locate.h).
 std::vector<JointChain> joint_chains(const CurrentModel& before, const CurrentModel& after, const Scenario& scenario,
-                                     const Experiment& experiment, const SimulatorOptions& options, std::uint64_t seed);
+                                     const FitContext& context, std::uint64_t seed);
 
 }  // namespace lacuna

@@ -17,8 +17,11 @@ namespace {
 /// Joints whose actuators give a flow: measured speeds against simulated ones, in the predictions as they are.
 class Speeds {
  public:
-  Speeds(const Experiment& experiment, const SimulatorOptions& options)
-      : experiment_(experiment), options_(options), segments_(not_fitted(experiment)), commands_(experiment) {}
+  explicit Speeds(const FitContext& context)
+      : experiment_(context.experiment),
+        options_(context.simulator),
+        segments_(not_fitted(experiment_)),
+        commands_(experiment_) {}
 
   std::vector<JointSamples> mismatch(const CurrentModel& model) const {
     std::vector<std::vector<JointSamples>> parts(experiment_.segments.size());  // one a thread may write
@@ -189,13 +192,12 @@ class FittedAreas {
 }  // namespace
 
 std::vector<JointLook> flow_looks(const CurrentModel& before, const CurrentModel& after, const Scenario& scenario,
-                                  const Experiment& experiment, const SimulatorOptions& options, std::uint64_t seed,
-                                  const std::vector<int>& joints) {
-  const Speeds speeds(experiment, options);
+                                  const FitContext& context, std::uint64_t seed, const std::vector<int>& joints) {
+  const Speeds speeds(context);
   std::vector<JointSamples> plain = speeds.mismatch(before), found = speeds.mismatch(after);
   std::vector<std::string> names;
-  for (const int j : joints) names.push_back(experiment.joint_names[static_cast<std::size_t>(j)]);
-  const FittedAreas areas(scenario, options, names);
+  for (const int j : joints) names.push_back(context.experiment.joint_names[static_cast<std::size_t>(j)]);
+  const FittedAreas areas(scenario, context.simulator, names);
   std::vector<JointLook> out(plain.size());
   for (const int joint : joints) {
     const auto j = static_cast<std::size_t>(joint);

@@ -69,7 +69,6 @@ std::vector<JointLook> chamber_looks(const CurrentModel& before, const CurrentMo
 /// ones, in the experiment's predictions; the effort that the motion needs against both pressures, each times an area
 /// that is fitted to the train recordings.
 std::vector<JointLook> flow_looks(const CurrentModel& before, const CurrentModel& after, const Scenario& scenario,
-                                  const Experiment& experiment, const SimulatorOptions& options, std::uint64_t seed,
-                                  const std::vector<int>& joints);
+                                  const FitContext& context, std::uint64_t seed, const std::vector<int>& joints);
 
 }  // namespace lacuna

@@ -121,8 +121,7 @@ std::filesystem::path DiagnosisCheckpoint::part(const std::string& name) const {
   return out.replace_extension("." + name + ".json");
 }
 
-bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const SimulatorOptions& options,
-                                           CurrentModel& model, FitResult& fit) const {
+bool DiagnosisCheckpoint::restore_baseline(const FitContext& context, CurrentModel& model, FitResult& fit) const {
   if (!content_->json.contains("baseline")) return false;
   const Json& j = content_->json.at("baseline");
   model.weights = numbers(j.at("weights"));
@@ -138,9 +137,7 @@ bool DiagnosisCheckpoint::restore_baseline(const Experiment& experiment, const S
     fit.history.push_back({exact_number(g.at(0)), exact_number(g.at(1)), exact_number(g.at(2)), exact_number(g.at(3)),
                            g.at(4), exact_number(g.at(5))});
   }
-  SimulatorOptions simulator = options;
-  simulator.max_step = fit.step.step;
-  evaluate_at(model, numbers(j.at("point")), experiment, simulator);
+  evaluate_at(model, numbers(j.at("point")), context.with_step(fit.step.step));
   return true;
 }
 
@@ -163,9 +160,8 @@ void DiagnosisCheckpoint::store_baseline(const CurrentModel& model, const FitRes
   write();
 }
 
-bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment, SimulatorOptions& options,
-                                        CurrentModel& model, std::optional<Finding>& finding,
-                                        std::vector<Candidate>& candidates) const {
+bool DiagnosisCheckpoint::restore_round(int round, FitContext& context, CurrentModel& model,
+                                        std::optional<Finding>& finding, std::vector<Candidate>& candidates) const {
   const Json& rounds = content_->json.at("rounds");
   if (static_cast<std::size_t>(round) >= rounds.size()) return false;
   const Json& j = rounds.at(static_cast<std::size_t>(round));
@@ -173,20 +169,20 @@ bool DiagnosisCheckpoint::restore_round(int round, const Experiment& experiment,
   if (!j.contains("finding")) return true;
   finding = finding_from(j.at("finding"));
   const EffectSpec spec{finding->effect, finding->place, finding->fixed, finding->recordings, "checkpoint"};
-  model = extended(model, experiment, spec, model.fit.point, {});
+  model = extended(model, context.experiment, spec, model.fit.point, {});
   model.weights = numbers(j.at("weights"));
-  options.max_step = exact_number(j.at("step"));
-  evaluate_at(model, numbers(j.at("point")), experiment, options);
+  context.simulator.max_step = exact_number(j.at("step"));
+  evaluate_at(model, numbers(j.at("point")), context);
   return true;
 }
 
 void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::optional<Finding>& finding,
-                                      const std::vector<Candidate>& candidates, const SimulatorOptions& options) {
+                                      const std::vector<Candidate>& candidates, double step) {
   Json j = {{"candidates", Json::array()}};
   for (const Candidate& c : candidates) j["candidates"].push_back(to_json(c));
   if (finding) {
     j["finding"] = to_json(*finding);
-    j["step"] = exact_text(options.max_step);
+    j["step"] = exact_text(step);
     j["weights"] = exact(model.weights);
     j["point"] = exact(model.fit.point);
   }
@@ -195,14 +191,12 @@ void DiagnosisCheckpoint::store_round(const CurrentModel& model, const std::opti
 }
 
 bool DiagnosisCheckpoint::restore_sets(const std::string& which, const CurrentModel& plain,
-                                       const Experiment& experiment, const SimulatorOptions& options,
-                                       std::optional<SetSearchResult>& sets) const {
+                                       const Experiment& experiment, std::optional<SetSearchResult>& sets) const {
   if (!content_->json.contains(which)) return false;
   const Json& j = content_->json.at(which);
   sets.reset();
   if (j.is_null()) return true;
-  SetSearchResult out{plain, {}, {}, j.at("notes").get<std::vector<std::string>>(), options};
-  out.simulator.max_step = exact_number(j.at("step"));
+  SetSearchResult out{plain, {}, {}, j.at("notes").get<std::vector<std::string>>(), exact_number(j.at("step"))};
   for (const Json& e : j.at("effects")) {
     const EffectSpec spec{e.at(0), e.at(1), named_numbers(e.at(2)), e.at(3).get<std::vector<std::string>>(),
                           "checkpoint"};
@@ -224,7 +218,7 @@ void DiagnosisCheckpoint::store_sets(const std::string& which, const PlantModel&
   Json j;
   if (sets) {
     j = {{"notes", sets->notes},
-         {"step", exact_text(sets->simulator.max_step)},
+         {"step", exact_text(sets->step)},
          {"effects", Json::array()},
          {"weights", exact(sets->model.weights)},
          {"point", exact(sets->model.fit.point)},

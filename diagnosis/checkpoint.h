@@ -24,18 +24,18 @@ class DiagnosisCheckpoint {
   std::filesystem::path part(const std::string& name) const;
 
   /// The plain model's fit is evaluated anew at the stored point: same point, same bits.
-  bool restore_baseline(const Experiment& experiment, const SimulatorOptions& options, CurrentModel& model,
-                        FitResult& fit) const;
+  bool restore_baseline(const FitContext& context, CurrentModel& model, FitResult& fit) const;
   void store_baseline(const CurrentModel& model, const FitResult& fit);
 
-  bool restore_round(int round, const Experiment& experiment, SimulatorOptions& options, CurrentModel& model,
-                     std::optional<Finding>& finding, std::vector<Candidate>& candidates) const;
+  /// The context takes on the step of what was found.
+  bool restore_round(int round, FitContext& context, CurrentModel& model, std::optional<Finding>& finding,
+                     std::vector<Candidate>& candidates) const;
   void store_round(const CurrentModel& model, const std::optional<Finding>& finding,
-                   const std::vector<Candidate>& candidates, const SimulatorOptions& options);
+                   const std::vector<Candidate>& candidates, double step);
 
   /// What the search with sets came to; nothing: that all stands as it is. `plain` is what its model is grown from.
   bool restore_sets(const std::string& which, const CurrentModel& plain, const Experiment& experiment,
-                    const SimulatorOptions& options, std::optional<SetSearchResult>& sets) const;
+                    std::optional<SetSearchResult>& sets) const;
   void store_sets(const std::string& which, const PlantModel& plain, const std::optional<SetSearchResult>& sets);
 
   /// For the caller, once the result is safe: removes this file and its parts.

@@ -16,38 +16,34 @@ std::vector<Eigen::VectorXd> CoarseLook::residuals_of(Problem& problem, std::spa
   return out;
 }
 
-CoarseLook coarse_look(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator) {
-  const std::vector<int> train = experiment.with_role(Role::train);
+CoarseLook coarse_look(const CurrentModel& current, const FitContext& context) {
+  const std::vector<int> train = context.experiment.with_role(Role::train);
   const Eigen::VectorXd& present = current.fit.residual;
-  CoarseLook out{simulator, Eigen::VectorXd::Zero(present.size())};
+  CoarseLook out{context, Eigen::VectorXd::Zero(present.size())};
   // Steps end at samples: one longer than the sampling period is none.
-  for (int k = 0; k < kDoublings && 2.0 * out.simulator.max_step <= experiment.sample_period; ++k) {
-    SimulatorOptions longer = out.simulator;
-    longer.max_step *= 2.0;
-    Problem problem(current.model, experiment, current.space, longer, current.weights);
+  for (int k = 0; k < kDoublings && 2.0 * out.context.simulator.max_step <= context.experiment.sample_period; ++k) {
+    const FitContext longer = context.with_step(2.0 * out.context.simulator.max_step);
+    Problem problem = problem_of(current, longer);
     const Eigen::VectorXd correction = present - problem.residual(current.fit.point, train);
     if (!(correction.squaredNorm() <= kCorrected * present.squaredNorm())) break;
-    out = {longer, correction};
+    out.context.simulator = longer.simulator, out.correction = correction;
   }
   return out;
 }
 
-bool step_matters(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                  double step) {
-  SimulatorOptions other = simulator;
-  other.max_step = step;
-  Problem problem(current.model, experiment, current.space, other, current.weights);
+bool step_matters(const CurrentModel& current, const FitContext& context, double step) {
+  Problem problem = problem_of(current, context.with_step(step));
   const Eigen::VectorXd& present = current.fit.residual;
-  const Eigen::VectorXd change = problem.residual(current.fit.point, experiment.with_role(Role::train)) - present;
+  const Eigen::VectorXd change =
+      problem.residual(current.fit.point, context.experiment.with_role(Role::train)) - present;
   return !(change.squaredNorm() <= kTraceOfRest * present.squaredNorm());
 }
 
-SimulatorOptions coarse_enough(const CurrentModel& current, const Experiment& experiment,
-                               const SimulatorOptions& simulator) {
-  SimulatorOptions out = simulator;
-  for (double step = 2.0 * simulator.max_step; step <= experiment.sample_period; step *= 2.0) {
-    if (step_matters(current, experiment, simulator, step)) break;
-    out.max_step = step;
+double coarse_enough(const CurrentModel& current, const FitContext& context) {
+  double out = context.simulator.max_step;
+  for (double step = 2.0 * out; step <= context.experiment.sample_period; step *= 2.0) {
+    if (step_matters(current, context, step)) break;
+    out = step;
   }
   return out;
 }

@@ -12,7 +12,7 @@ namespace lacuna {
 /// A step at which neighbours of the present model are compared with it: many simulations that are only to be ranked.
 /// What that step does to the present model itself is known, and taken off all of them.
 struct CoarseLook {
-  SimulatorOptions simulator;  ///< with that step
+  FitContext context;          ///< with that step
   Eigen::VectorXd correction;  ///< whitened; to be added to the residuals of `train` at that step
 
   /// Corrected residuals of full parameter vectors.
@@ -22,15 +22,13 @@ struct CoarseLook {
 
 /// The longest of two and four times the model's step at which the correction is no more than a tenth of the energy
 /// that is to be explained; the model's own step where even the first is too long.
-CoarseLook coarse_look(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator);
+CoarseLook coarse_look(const CurrentModel& current, const FitContext& context);
 
 /// Whether another step changes more than a trace of what the model leaves on the train recordings. Beside a rest far
 /// above the noise a step as fine as the noise asks for changes no comparison.
-bool step_matters(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                  double step);
+bool step_matters(const CurrentModel& current, const FitContext& context, double step);
 
-/// The longest step, doubled from the present one, that does not matter.
-SimulatorOptions coarse_enough(const CurrentModel& current, const Experiment& experiment,
-                               const SimulatorOptions& simulator);
+/// The longest step, doubled from the present one, that does not matter; s.
+double coarse_enough(const CurrentModel& current, const FitContext& context);
 
 }  // namespace lacuna

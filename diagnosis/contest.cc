@@ -14,11 +14,10 @@ namespace {
 
 /// Both residuals of a model, in the weights of another.
 struct Seen {
-  Seen(const CurrentModel& model, const CurrentModel& weighed_by, const Experiment& experiment,
-       const SimulatorOptions& options) {
-    Problem problem(model.model, experiment, model.space, options, weighed_by.weights);
-    train = problem.residual(model.fit.point, experiment.with_role(Role::train));
-    const std::vector<int> held_out = experiment.with_role(Role::validate);
+  Seen(const CurrentModel& model, const CurrentModel& weighed_by, const FitContext& context) {
+    Problem problem = problem_of(model, context, weighed_by.weights);
+    train = problem.residual(model.fit.point, context.experiment.with_role(Role::train));
+    const std::vector<int> held_out = context.experiment.with_role(Role::validate);
     if (!held_out.empty()) validate = problem.residual(model.fit.point, held_out);
   }
 
@@ -29,13 +28,13 @@ struct Seen {
 /// Log-likelihood that `other` is worth over `standing`, negative where it is worse, at the effective samples of the
 /// better of the two, less Schwarz's penalty for each of its `parameters` more.
 double evidence_of(const Seen& standing, const Seen& other, double parameters, const CurrentModel& current,
-                   const Experiment& experiment, const SimulatorOptions& options) {
-  const Problem problem(current.model, experiment, current.space, options, current.weights);
+                   const FitContext& context) {
+  const Problem problem = problem_of(current, context);
   const bool better = other.energy() < standing.energy();
   const Seen &worse = better ? standing : other, &best = better ? other : standing;
-  const Gain train = residual_gain(worse.train, best.train, problem.layout(experiment.with_role(Role::train)));
+  const Gain train = residual_gain(worse.train, best.train, problem.layout(context.experiment.with_role(Role::train)));
   double gain = train.log_likelihood;
-  const std::vector<int> held_out = experiment.with_role(Role::validate);
+  const std::vector<int> held_out = context.experiment.with_role(Role::validate);
   if (!held_out.empty()) gain += residual_gain(worse.validate, best.validate, problem.layout(held_out)).log_likelihood;
   return (better ? gain : -gain) - 0.5 * parameters * std::log(std::max(2.0, train.effective));
 }
@@ -51,37 +50,33 @@ double more_parameters(const CurrentModel& other, const CurrentModel& standing) 
 
 }  // namespace
 
-double evidence_over(const CurrentModel& standing, const CurrentModel& other, const Experiment& experiment,
-                     const SimulatorOptions& options) {
-  const Seen one(standing, standing, experiment, options), two(other, standing, experiment, options);
+double evidence_over(const CurrentModel& standing, const CurrentModel& other, const FitContext& context) {
+  const Seen one(standing, standing, context), two(other, standing, context);
   if (!two.train.allFinite() || !two.validate.allFinite()) return -HUGE_VAL;
-  return evidence_of(one, two, more_parameters(other, standing), standing, experiment, options);
+  return evidence_of(one, two, more_parameters(other, standing), standing, context);
 }
 
 std::optional<CurrentModel> exchanged(std::size_t which, const Rival& rival, const CurrentModel& plain,
                                       const CurrentModel& current, const std::vector<Finding>& findings,
-                                      const Experiment& experiment, const SimulatorOptions& options,
-                                      const RunControl& control) {
+                                      const FitContext& context) {
   const bool stands = std::any_of(findings.begin(), findings.end(),
                                   [&](const Finding& f) { return f.effect == rival.effect && f.place == rival.place; });
   if (stands) return std::nullopt;
   const EffectSpec spec{rival.effect, rival.place, rival.fixed, rival.recordings, rival.effect};
-  CurrentModel out = rebuilt(plain, current, findings, experiment, which, &spec, rival.own);
-  if (!refit(out, experiment, options, control)) return std::nullopt;
+  CurrentModel out = rebuilt(plain, current, findings, context.experiment, which, &spec, rival.own);
+  if (!refit(out, context)) return std::nullopt;
   return out;
 }
 
 std::vector<Entrant> contest(std::size_t which, const CurrentModel& plain, const CurrentModel& current,
-                             const std::vector<Finding>& findings, const Experiment& experiment,
-                             const SimulatorOptions& options, const RunControl& control) {
-  const Seen standing(current, current, experiment, options);
+                             const std::vector<Finding>& findings, const FitContext& context) {
+  const Seen standing(current, current, context);
   std::vector<Entrant> out;
   for (const Rival& rival : findings[which].rivals) {
-    std::optional<CurrentModel> model = exchanged(which, rival, plain, current, findings, experiment, options, control);
-    if (!model || is_at_end(*model, rival, experiment)) continue;
-    const Seen other(*model, current, experiment, options);
-    const double evidence =
-        evidence_of(standing, other, more_parameters(*model, current), current, experiment, options);
+    std::optional<CurrentModel> model = exchanged(which, rival, plain, current, findings, context);
+    if (!model || is_at_end(*model, rival, context.experiment)) continue;
+    const Seen other(*model, current, context);
+    const double evidence = evidence_of(standing, other, more_parameters(*model, current), current, context);
     if (std::isfinite(evidence)) out.push_back({rival, std::move(*model), evidence});
   }
   std::stable_sort(out.begin(), out.end(), [](const auto& a, const auto& b) { return a.evidence > b.evidence; });

@@ -126,10 +126,10 @@ std::optional<Branch> branch_of(const std::vector<Tried>& tried, std::size_t win
 
 }  // namespace
 
-Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
+Decision decide(const CurrentModel& current, const FitContext& context, std::vector<ScreenedEffect> screened,
                 const DecideOptions& options) {
   const double tries = options.choices * static_cast<double>(screened.size());
-  Judge judge(current, experiment, options, static_cast<int>(std::ceil(tries)));
+  Judge judge(current, context, static_cast<int>(std::ceil(tries)));
   std::vector<Tried> tried;
   for (ScreenedEffect& effect : screened) tried.push_back(judge.weigh(std::move(effect)));
   sort_by_evidence(tried, options.integration_error);
@@ -149,7 +149,7 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   sort_by_evidence(tried, options.integration_error);
   // At a finer step one of them may have come much further: its kin follow.
   if (sharpened) refit_kin(judge, current, tried, options.integration_error);
-  Decision out{{}, std::nullopt, current, options.simulator, std::nullopt};
+  Decision out{{}, std::nullopt, current, context.simulator.max_step, std::nullopt};
   const std::optional<std::size_t> winner = strongest_that_can(judge, tried, options.integration_error);
   for (std::size_t k = 0; k < tried.size(); ++k) {
     const bool could = tried[k].objection.empty() && k != winner;
@@ -163,10 +163,10 @@ Decision decide(const CurrentModel& current, const Experiment& experiment, std::
   }
   out.finding = std::move(finding);
   // A rival's finer step served the comparison only.
-  out.simulator.max_step = std::max(judge.step(), std::min(out.simulator.max_step, judge.step_for(tried[*winner])));
+  out.step = std::max(judge.step(), std::min(out.step, judge.step_for(tried[*winner])));
   out.branch = branch_of(tried, *winner, options.seed);
   out.model = tried[*winner].model;
-  refine(out.model, experiment, out.simulator, options.control);
+  refine(out.model, context.with_step(out.step));
   return out;
 }
 

@@ -37,8 +37,6 @@ constexpr const char* kLessEvidence = "less evidence";  ///< note of a candidate
 inline bool held_out(const HeldoutGain& g) { return g.gain > 0.0 && g.standard_errors > kStandardErrors; }
 
 struct DecideOptions {
-  SimulatorOptions simulator;
-  RunControl control;
   std::uint64_t seed = 1;
   double choices = 1.0;  ///< in how many ways the places tried could have been chosen: each try counts so often
   double integration_error = 0.0;  ///< rms over the noise's, at the step in use
@@ -55,11 +53,11 @@ struct Decision {
   std::vector<Candidate> candidates;  ///< everything tried, most evidence first
   std::optional<Finding> finding;     ///< the one kept
   CurrentModel model;                 ///< with it, refitted; the present one if none was kept
-  SimulatorOptions simulator;         ///< with the step at which that was decided
+  double step = 0.0;                  ///< s, at which that was decided
   std::optional<Branch> branch;       ///< the one with the most evidence, if any
 };
 
-Decision decide(const CurrentModel& current, const Experiment& experiment, std::vector<ScreenedEffect> screened,
+Decision decide(const CurrentModel& current, const FitContext& context, std::vector<ScreenedEffect> screened,
                 const DecideOptions& options);
 
 }  // namespace lacuna

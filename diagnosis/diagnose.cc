@@ -134,18 +134,17 @@ std::vector<int> coloured_beyond_noise(const Eigen::VectorXd& rest, std::span<co
 }
 
 /// Which joints' residual is still beyond the noise on recordings that were not fitted, and how much of it.
-void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
-                const SimulatorOptions& options) {
+void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const FitContext& context) {
+  const Experiment& experiment = context.experiment;
   std::vector<int> unseen = experiment.with_role(Role::validate);
   if (unseen.empty()) unseen = experiment.with_role(Role::train);
-  Problem a(before.model, experiment, before.space, options, before.weights);
-  Problem b(after.model, experiment, after.space, options, before.weights);
+  Problem a = problem_of(before, context);
+  Problem b = problem_of(after, context, before.weights);
   const Eigen::VectorXd r0 = a.residual(before.fit.point, unseen), r1 = b.residual(after.fit.point, unseen);
   const auto blocks = a.layout(unseen);
-  std::vector<double> noise = noise_levels(experiment);
+  const std::vector<double> noise = noise_over_weight(experiment, before.weights);
   double floor = 0.0;
   for (std::size_t c = 0; c < noise.size(); ++c) {
-    noise[c] /= before.weights[c];
     for (const ResidualBlock& block : blocks) {
       if (block.channel == static_cast<int>(c) && noise[c] > 0.0)
         floor += noise[c] * noise[c] * static_cast<double>(block.count);
@@ -183,13 +182,12 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
 }
 
 /// A rest on the test recordings that those which decide do not have: it changes no verdict, but is said.
-void note_test_rest(Diagnosis& out, const CurrentModel& after, const Experiment& experiment,
-                    const SimulatorOptions& options) {
+void note_test_rest(Diagnosis& out, const CurrentModel& after, const FitContext& context) {
+  const Experiment& experiment = context.experiment;
   const std::vector<int> test = experiment.with_role(Role::test);
   if (test.empty() || out.unexplained.present) return;
-  Problem problem(after.model, experiment, after.space, options, after.weights);
-  std::vector<double> noise = noise_levels(experiment);
-  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= after.weights[c];
+  Problem problem = problem_of(after, context);
+  const std::vector<double> noise = noise_over_weight(experiment, after.weights);
   const std::vector<Channel> channels = experiment.channels;
   for (const ExcessNoise& excess :
        excess_over_noise(problem.residual(after.fit.point, test), problem.layout(test), noise)) {
@@ -201,18 +199,17 @@ void note_test_rest(Diagnosis& out, const CurrentModel& after, const Experiment&
   }
 }
 
-std::vector<Estimate> fit_everything(const CurrentModel& current, const Experiment& experiment,
-                                     const SimulatorOptions& options) {
-  std::vector<int> all(experiment.segments.size());
+std::vector<Estimate> fit_everything(const CurrentModel& current, const FitContext& context) {
+  std::vector<int> all(context.experiment.segments.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  Problem problem(current.model, experiment, current.space, options, current.weights);
+  Problem problem = problem_of(current, context);
   LeastSquaresOptions finish;
   finish.polish = false;
   FitResult fit;
   fit.solution = solve_least_squares(problem, current.fit.point, all, finish);
   fit.values = current.space.expand(fit.solution.point);
   describe_fit(current.model, current.space, problem, all, fit);
-  carry_scale_error(current.model, current.space, experiment, fit.estimates);
+  carry_scale_error(current.model, current.space, context.experiment, fit.estimates);
   return fit.estimates;
 }
 
@@ -240,35 +237,34 @@ bool has_heap(const std::vector<Finding>& findings) {
 
 /// Laws are learned like names in as many windows, and at steps as long, as that needs; then fitted to all, as the
 /// model was.
-LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
-                            const SimulatorOptions& simulator, const RunControl& control) {
+LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& current, const FitContext& context) {
+  const Experiment& experiment = context.experiment;
   if (std::holds_alternative<InverseDynamics>(experiment.prediction))  // cheap: all of it
-    return learn_laws(plain, current, experiment, simulator, control);
+    return learn_laws(plain, current, context);
   const Experiment enough = thinned(experiment);
   const bool fewer = enough.segments.size() < experiment.segments.size();
-  const CurrentModel start = fewer ? seen_in(current, enough, simulator) : current;
-  const SimulatorOptions at = coarse_enough(start, enough, simulator);
-  if (!fewer && at.max_step == simulator.max_step) return learn_laws(plain, current, experiment, simulator, control);
-  LearnedLaws out = learn_laws(seen_in(plain, enough, at), seen_in(current, enough, at), enough, at, control);
-  RunControl quiet = control;
-  quiet.progress = nullptr;
-  if (!out.changes_nothing()) refit(out.model, experiment, simulator, quiet);
-  if (out.changes_names()) refit(out.named, experiment, simulator, quiet);
+  const FitContext in_enough = context.on(enough);
+  const CurrentModel start = fewer ? seen_in(current, in_enough) : current;
+  const FitContext here = in_enough.with_step(coarse_enough(start, in_enough));
+  if (!fewer && here.simulator.max_step == context.simulator.max_step) return learn_laws(plain, current, context);
+  LearnedLaws out = learn_laws(seen_in(plain, here), seen_in(current, here), here);
+  if (!out.changes_nothing()) refit(out.model, context);
+  if (out.changes_names()) refit(out.named, context);
   return out;
 }
 
 /// What has no name: laws of the machine, then what happened once in a recording; where something did, the machine is
 /// looked at again without it. Names that a law makes needless go. Leaves the model with all of it and the one with the
 /// names alone, and returns the recordings with their events in.
-Experiment learn(const Scenario& scenario, const Experiment& experiment, const SimulatorOptions& simulator,
-                 const RunControl& control, const CurrentModel& plain, CurrentModel& current, CurrentModel& named,
-                 Diagnosis& out, const Report& report) {
+Experiment learn(const Scenario& scenario, const FitContext& context, const CurrentModel& plain, CurrentModel& current,
+                 CurrentModel& named, Diagnosis& out, const Report& report) {
+  const Experiment& experiment = context.experiment;
   if (!out.before.arrived && !std::holds_alternative<InverseDynamics>(experiment.prediction)) return experiment;
   const auto laws = [&](const Experiment& of) {
     if (!out.learned.empty() || !((has_heap(out.findings) && std::holds_alternative<FreeRun>(of.prediction)) ||
-                                  leaves_a_rest(current, of, simulator)))
+                                  leaves_a_rest(current, context.on(of))))
       return;
-    LearnedLaws learned = learn_in_enough(plain, current, of, simulator, control);
+    LearnedLaws learned = learn_in_enough(plain, current, context.on(of));
     if (learned.changes_nothing()) return;
     out.learned = std::move(learned.laws);
     learned.follow(out.findings);
@@ -278,7 +274,7 @@ Experiment learn(const Scenario& scenario, const Experiment& experiment, const S
   report("laws without a name", 0.89);
   laws(experiment);
   report("events", 0.9);
-  EventsFound found = find_events(current, experiment, simulator, control);
+  EventsFound found = find_events(current, context);
   out.events = std::move(found.events);
   if (out.events.empty()) return experiment;
   for (LearnedEvent& event : out.events)
@@ -352,69 +348,65 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
   // By inverse dynamics all is nearly linear: least squares arrives from anywhere.
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) identify_options.optimizer = Optimizer::lsq;
   CurrentModel before{model, space, {}, {}};
-  if (!saved.restore_baseline(experiment, options.identify.simulator, before, out.before)) {
+  FitContext context{experiment, options.identify.simulator, control.quiet()};
+  if (!saved.restore_baseline(context, before, out.before)) {
     before = identify_plain(model, experiment, space, identify_options, out.before);
     saved.store_baseline(before, out.before);
   }
-  SimulatorOptions simulator = options.identify.simulator;
-  simulator.max_step = out.before.step.step;
-  if (attach_start_effects(experiment, model, simulator, before.space.expand(before.fit.point))) {
-    RunControl quiet = control;
-    quiet.progress = nullptr;
-    refine(before, experiment, simulator, quiet);
-  }
-  record_fit(before, experiment, simulator, out.before);
+  context.simulator.max_step = out.before.step.step;
+  if (attach_start_effects(experiment, model, context.simulator, before.space.expand(before.fit.point)))
+    refine(before, context);
+  record_fit(before, context, out.before);
 
   out.idim = regress_base_parameters(model, experiment);
-  out.missing = missing_efforts(before, scenario, simulator, out.seed);
+  out.missing = missing_efforts(before, scenario, context.simulator, out.seed);
 
   CurrentModel current = before;
   StepChoice step = out.before.step;
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) {
-    EffortSearchOptions search{simulator, control, out.seed,
-                               [&](double d) { report("sets of effects", 0.35 + 0.55 * d); }};
-    EffortSearchResult found = search_efforts(before, experiment, search);
+    EffortSearchResult found =
+        search_efforts(before, context, {out.seed, [&](double d) { report("sets of effects", 0.35 + 0.55 * d); }});
     current = std::move(found.model);
     out.findings = std::move(found.findings);
     out.rounds = std::move(found.rounds);
     out.notes = std::move(found.notes);
   } else {
-    MissingPhysics found{before, simulator, step};
-    if (out.before.arrived)
-      found = search_missing_physics(scenario, experiment, before, simulator, control, saved, out, report);
+    MissingPhysics found{before, step.step, step};
+    if (out.before.arrived) found = search_missing_physics(scenario, context, before, saved, out, report);
     current = std::move(found.model);
-    simulator = found.simulator, step = found.step;
+    context.simulator.max_step = found.max_step, step = found.step;
   }
   CurrentModel named = current;
-  const Experiment with_events = learn(scenario, experiment, simulator, control, before, current, named, out, report);
+  const Experiment with_events = learn(scenario, context, before, current, named, out, report);
   out.added = added_effects(before.model, current);
 
-  for (LearnedLaw& law : out.learned) law.cloud = cloud_of(law, current, scenario, simulator);
+  for (LearnedLaw& law : out.learned) law.cloud = cloud_of(law, current, scenario, context.simulator);
 
   report("motions that separate what is alike", 0.91);
-  separate(out.findings, before, named, experiment, simulator, control, out.seed);
+  separate(out.findings, before, named, context, out.seed);
 
   report("verifying", 0.92);
+  const FitContext beside_events = context.on(with_events);
   out.after = out.before;
-  if (changes_the_model(out)) record_fit(current, with_events, simulator, out.after);
+  if (changes_the_model(out)) record_fit(current, beside_events, out.after);
   out.after.step = step;
   attach_parameters(out);
   note_dry_friction(out);
-  out.valves = compare_valves(current, with_events, simulator);
-  out.chain = joint_chains(before, current, scenario, with_events, simulator, out.seed);
-  judge_rest(out, before, named, experiment, simulator);
-  out.unexplained.numbers = numbers_by_recording(current, with_events, simulator, out.unexplained.where);
-  note_test_rest(out, current, with_events, simulator);
+  out.valves = compare_valves(current, beside_events);
+  out.chain = joint_chains(before, current, scenario, beside_events, out.seed);
+  judge_rest(out, before, named, context);
+  out.unexplained.numbers = numbers_by_recording(current, beside_events, out.unexplained.where);
+  note_test_rest(out, current, beside_events);
   const std::vector<double> noise = noise_levels(experiment);
   const std::vector<Channel>& channels = experiment.channels;
   for (std::size_t c = 0; c < channels.size(); ++c)
     out.noise.emplace_back(rms_entry(channels[c], experiment), noise[c] > 0.0 ? noise[c] : std::nan(""));
-  verify(out, before, current, with_events, simulator, options.other_engines);
-  out.replays = replays(out, before, current, with_events, scenario, simulator);
+  verify(out, before, current, beside_events, options.other_engines);
+  out.replays = replays(out, before, current, beside_events, scenario);
   note_missing(scenario, out);
   if (!out.before.arrived && !std::holds_alternative<InverseDynamics>(experiment.prediction))
     out.notes.push_back("nothing is claimed, the plain model's best may not have been reached: " + out.before.doubt);
-  out.all_recordings = fit_everything(current, with_events, simulator);
+  out.all_recordings = fit_everything(current, beside_events);
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return out;
 }

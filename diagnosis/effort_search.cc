@@ -29,11 +29,11 @@ constexpr double kLeastClaim = 0.5;  ///< probability of a class under which not
 
 class EffortSearch {
  public:
-  EffortSearch(const CurrentModel& plain, const Experiment& experiment, const EffortSearchOptions& options)
-      : experiment_(experiment),
+  EffortSearch(const CurrentModel& plain, const FitContext& context, const EffortSearchOptions& options)
+      : experiment_(context.experiment),
         options_(options),
-        sets_(plain, experiment, options.simulator, options.control,
-              knows_a_mass(plain.model, plain.space) ? scales_of(plain, experiment) : std::vector<EffectSpec>()),
+        sets_(plain, context,
+              knows_a_mass(plain.model, plain.space) ? scales_of(plain, experiment_) : std::vector<EffectSpec>()),
         train_(sets_.train()),
         validate_(sets_.validate()),
         standing_(sets_.none(kFitIterations)) {}
@@ -43,7 +43,7 @@ class EffortSearch {
     free_bodies();
     for (int round = 0; round < kMostRounds; ++round) {
       if (options_.progress) options_.progress(0.9 * round / kMostRounds);
-      if (options_.control.stop != nullptr && *options_.control.stop) throw Interrupted();
+      if (const auto* stop = sets_.context().control.stop; stop != nullptr && *stop) throw Interrupted();
       if (!improve()) break;
     }
     sets_.fit(standing_.model, kRefitIterations);
@@ -340,7 +340,7 @@ class EffortSearch {
   /// Energy of the validate recordings' efforts that a set leaves, each channel over its noise. [channel]
   Eigen::ArrayXd left_of(const Hypothesis& set) const {
     const CurrentModel& model = set.model;
-    Problem problem(model.model, experiment_, model.space, options_.simulator, first_weights(model.model, experiment_));
+    Problem problem = problem_of(model, sets_.context(), first_weights(model.model, experiment_));
     return energies(problem.residual(model.fit.point, validate_));
   }
   /// The same of what the linearised set leaves, whitened.
@@ -349,7 +349,7 @@ class EffortSearch {
   }
   Eigen::ArrayXd energies(const Eigen::VectorXd& rest) const {
     const CurrentModel& now = standing_.model;
-    const Problem problem(now.model, experiment_, now.space, options_.simulator, now.weights);
+    const Problem problem = problem_of(now, sets_.context());
     Eigen::ArrayXd out = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(experiment_.channels.size()));
     if (rest.size() == 0) return out + HUGE_VAL;  // no such set can be
     for (const ResidualBlock& block : problem.layout(validate_))
@@ -464,9 +464,9 @@ class EffortSearch {
 
 }  // namespace
 
-EffortSearchResult search_efforts(const CurrentModel& plain, const Experiment& experiment,
+EffortSearchResult search_efforts(const CurrentModel& plain, const FitContext& context,
                                   const EffortSearchOptions& options) {
-  return EffortSearch(plain, experiment, options).run();
+  return EffortSearch(plain, context, options).run();
 }
 
 }  // namespace lacuna

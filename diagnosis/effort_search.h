@@ -25,14 +25,12 @@ struct EffortSearchResult {
 };
 
 struct EffortSearchOptions {
-  SimulatorOptions simulator;
-  RunControl control;
   std::uint64_t seed = 1;
   std::function<void(double done)> progress = {};
 };
 
 /// From the fitted plain model.
-EffortSearchResult search_efforts(const CurrentModel& plain, const Experiment& experiment,
+EffortSearchResult search_efforts(const CurrentModel& plain, const FitContext& context,
                                   const EffortSearchOptions& options);
 
 }  // namespace lacuna

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "diagnosis/baseline.h"
+#include "diagnosis/colour.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/linear_look.h"
 #include "diagnosis/projector.h"
@@ -96,18 +97,16 @@ std::vector<Usual> usual_rest(const Eigen::VectorXd& rest, const std::vector<Res
 /// energy is log-likelihood: of the noise, or what the channel usually leaves where that is unknown.
 class EventView {
  public:
-  EventView(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
-            const std::vector<int>& segments, bool fitted)
-      : experiment_(experiment), noise_(noise_levels(experiment)) {
-    Problem problem(model.model, experiment, model.space, sets.simulator(), model.weights);
+  EventView(const CurrentModel& model, const FitContext& context, const std::vector<int>& segments, bool fitted)
+      : experiment_(context.experiment), noise_(noise_over_weight(experiment_, model.weights)) {
+    Problem problem = problem_of(model, context);
     blocks_ = problem.layout(segments);
     rest_ = problem.residual(model.fit.point, segments);
     if (!rest_.allFinite()) return;
-    for (std::size_t c = 0; c < noise_.size(); ++c) noise_[c] /= model.weights[c];
     const Eigen::MatrixXd& jacobian = model.fit.jacobian;
     if (fitted && jacobian.rows() == rest_.size() && jacobian.allFinite()) jacobian_ = &jacobian;
     recorded_ = rest_;
-    std::vector<Usual> usual = usual_rest(recorded_, blocks_, noise_, experiment.sample_period);
+    std::vector<Usual> usual = usual_rest(recorded_, blocks_, noise_, experiment_.sample_period);
     for (std::size_t c = 0; c < noise_.size(); ++c)
       if (noise_[c] > 0.0) usual[c] = {noise_[c], 1.0};
     set_units(std::move(usual));
@@ -119,7 +118,7 @@ class EventView {
       parts_.back().look = static_cast<int>(beyond.size());
       beyond.push_back(segment);
     }
-    if (!beyond.empty()) look_ = std::make_shared<const LinearLook>(model, experiment, sets.simulator(), beyond);
+    if (!beyond.empty()) look_ = std::make_shared<const LinearLook>(model, context, beyond);
   }
 
   /// The same in units of what channels usually leave where `left`, in the present ones, is left.
@@ -433,9 +432,9 @@ std::set<int> little_explained(const EventView& view, const Eigen::VectorXd& lef
 
 }  // namespace
 
-std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
+std::vector<FoundEvent> search_events(const CurrentModel& model, const FitContext& context,
                                       const std::vector<int>& segments, bool fitted) {
-  const EventView noise(sets, model, experiment, segments, fitted);
+  const EventView noise(model, context, segments, fitted);
   if (!noise.is_usable()) return {};
   EventSet offered(noise);
   for (const EventPart& part : noise.parts()) {
@@ -469,9 +468,9 @@ std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel
   return events;
 }
 
-void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment& with,
-             const std::vector<int>& segments, bool fitted, std::vector<FoundEvent>& events) {
-  const EventView view(sets, model, with, segments, fitted);
+void sharpen(const CurrentModel& model, const FitContext& with, const std::vector<int>& segments, bool fitted,
+             std::vector<FoundEvent>& events) {
+  const EventView view(model, with, segments, fitted);
   if (!view.is_usable()) return;
   for (FoundEvent& found : events) {
     if (found.event.kind == EventSpec::Kind::command || !view.is_linearised(view.part_of(found.segment))) continue;

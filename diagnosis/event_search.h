@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "diagnosis/hypothesis.h"
+#include "diagnosis/candidates.h"
 #include "physics/events.h"
 
 namespace lacuna {
@@ -22,11 +22,11 @@ struct FoundEvent {
 /// In segments of one role, beside the events that they have; by segment, in the order of time. Parameters that were
 /// fitted to these segments (train) have taken up part of what happened: `fitted` lets them give it back. None where
 /// events do not take away most of what a segment leaves beyond the noise.
-std::vector<FoundEvent> search_events(const Hypotheses& sets, const CurrentModel& model, const Experiment& experiment,
+std::vector<FoundEvent> search_events(const CurrentModel& model, const FitContext& context,
                                       const std::vector<int>& segments, bool fitted);
 
 /// Events of these segments, `with` them in, moved and sized anew about the motion as it is with them.
-void sharpen(const Hypotheses& sets, const CurrentModel& model, const Experiment& with,
-             const std::vector<int>& segments, bool fitted, std::vector<FoundEvent>& events);
+void sharpen(const CurrentModel& model, const FitContext& with, const std::vector<int>& segments, bool fitted,
+             std::vector<FoundEvent>& events);
 
 }  // namespace lacuna

@@ -10,6 +10,7 @@
 
 #include "diagnosis/baseline.h"
 #include "diagnosis/event_search.h"
+#include "diagnosis/hypothesis.h"
 #include "diagnosis/projector.h"
 
 namespace lacuna {
@@ -69,11 +70,8 @@ Events all_but(Events events, const Events& group) {
 
 class EventFinder {
  public:
-  EventFinder(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-              const RunControl& control)
-      : recorded_(experiment), simulator_(simulator), control_(control), model_(current), weights_(current.weights) {
-    control_.progress = nullptr;
-  }
+  EventFinder(const CurrentModel& current, const FitContext& context)
+      : recorded_(context.experiment), context_(context), model_(current), weights_(current.weights) {}
 
   EventsFound run() {
     Events all = found_in(Role::train), validate = found_in(Role::validate);
@@ -96,8 +94,7 @@ class EventFinder {
     Events events;
     for (int round = 0; round < kRounds && !segments.empty(); ++round) {
       const Experiment with = with_events(recorded_, events);
-      const Hypotheses sets(model_, with, simulator_, control_);
-      const Events more = foremost(search_events(sets, model_, with, segments, fitted));
+      const Events more = foremost(search_events(model_, context_.on(with), segments, fitted));
       if (more.empty()) break;
       Events all = events;
       all.insert(all.end(), more.begin(), more.end());
@@ -148,7 +145,7 @@ class EventFinder {
   /// Whether every channel leaves about its noise; of an unknown one nobody can say.
   bool is_explained(const Experiment& with, int segment) const {
     const std::vector<double> noise = noise_levels(with);
-    Problem problem(model_.model, with, model_.space, simulator_, noise_or_one(noise));
+    Problem problem = problem_of(model_, context_.on(with), noise_or_one(noise));
     const std::vector<int> one{segment};
     const Eigen::VectorXd rest = problem.residual(model_.fit.point, one);
     return std::ranges::all_of(problem.layout(one), [&](const ResidualBlock& b) {
@@ -182,7 +179,7 @@ class EventFinder {
 
   /// Energy that a model leaves of segments, in this finder's first weights.
   double left_of(const CurrentModel& model, const Experiment& experiment, const std::vector<int>& segments) const {
-    Problem problem(model.model, experiment, model.space, simulator_, weights_);
+    Problem problem = problem_of(model, context_.on(experiment), weights_);
     return problem.residual(model.fit.point, segments).squaredNorm();
   }
 
@@ -196,8 +193,8 @@ class EventFinder {
     for (const Events& own : others) trial.segments.push_back(with_events(recorded_, segment, own));
     std::vector<int> all(trial.segments.size());
     std::iota(all.begin(), all.end(), 0);
-    Problem problem(model_.model, with, model_.space, simulator_, model_.weights);
-    Problem tried(model_.model, trial, model_.space, simulator_, model_.weights);
+    Problem problem = problem_of(model_, context_.on(with));
+    Problem tried = problem_of(model_, context_.on(trial));
     const Eigen::VectorXd now = problem.residual(model_.fit.point, segments),
                           then = tried.residual(model_.fit.point, all);
     Eigen::Index first = now.size(), count = 0;
@@ -227,7 +224,7 @@ class EventFinder {
     for (int k = 0; k < kSharpened; ++k) {
       const Experiment with = with_events(recorded_, tried);
       CurrentModel model = model_;
-      const Hypotheses sets(model_, with, simulator_, control_);
+      const Hypotheses sets(model_, context_.on(with));
       if (fitted && !sets.fit(model, kRefitSteps)) break;
       const double left = left_of(model, with, segments);
       if (!(left < least)) break;
@@ -235,7 +232,7 @@ class EventFinder {
       least = left, events = tried, any = true;
       if (fitted) model_ = std::move(model);
       if (stands) break;
-      sharpen(Hypotheses(model_, with, simulator_, control_), model_, with, segments, fitted, tried);
+      sharpen(model_, context_.on(with), segments, fitted, tried);
     }
     return any;
   }
@@ -373,18 +370,16 @@ class EventFinder {
   }
 
   const Experiment& recorded_;
-  SimulatorOptions simulator_;
-  RunControl control_;
+  FitContext context_;
   CurrentModel model_;
   std::vector<double> weights_;  ///< the first ones: what is left is compared in them
 };
 
 }  // namespace
 
-EventsFound find_events(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                        const RunControl& control) {
-  if (!std::holds_alternative<FreeRun>(experiment.prediction)) return {current, experiment, {}};
-  return EventFinder(current, experiment, simulator, control).run();
+EventsFound find_events(const CurrentModel& current, const FitContext& context) {
+  if (!std::holds_alternative<FreeRun>(context.experiment.prediction)) return {current, context.experiment, {}};
+  return EventFinder(current, context).run();
 }
 
 }  // namespace lacuna

@@ -22,7 +22,6 @@ struct EventsFound {
 /// What happened in the recordings under the present model. Test recordings are looked at last, with everything else
 /// settled; what happened there is said and not put in. Nothing where recordings are not simulated from end to end: a
 /// window is too short to tell an event from the start that was read off it.
-EventsFound find_events(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                        const RunControl& control);
+EventsFound find_events(const CurrentModel& current, const FitContext& context);
 
 }  // namespace lacuna

@@ -25,13 +25,12 @@ Rival as_rival(const Finding& finding, const CurrentModel& current) {
 }  // namespace
 
 std::vector<std::string> exchange(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
-                                  const Experiment& experiment, const SimulatorOptions& options,
-                                  const RunControl& control) {
+                                  const FitContext& context) {
   std::vector<std::string> changes;
   if (findings.size() < 2) return changes;
   for (std::size_t k = 0; k < findings.size(); ++k) {
     Finding& finding = findings[k];
-    const std::vector<Entrant> entrants = contest(k, plain, current, findings, experiment, options, control);
+    const std::vector<Entrant> entrants = contest(k, plain, current, findings, context);
     if (entrants.empty() || !(entrants.front().evidence > kLead)) continue;
     const Entrant& winner = entrants.front();
     changes.push_back(fmt::format("{} at {} gave way to {} at {}, which explains more beside the other findings",

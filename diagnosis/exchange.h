@@ -14,7 +14,6 @@ namespace lacuna {
 /// which the effect that stood there is a rival of from then on. What else is said of the findings is left to
 /// judge_anew(). Returns what was exchanged, in words.
 std::vector<std::string> exchange(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
-                                  const Experiment& experiment, const SimulatorOptions& options,
-                                  const RunControl& control);
+                                  const FitContext& context);
 
 }  // namespace lacuna

@@ -29,8 +29,7 @@ void add_starts(const CurrentModel& now, const Experiment& experiment, const Fre
 
 }  // namespace
 
-std::vector<FreeNumber> numbers_to_free(const Hypothesis& set, const Experiment& experiment,
-                                        const SimulatorOptions& simulator) {
+std::vector<FreeNumber> numbers_to_free(const Hypothesis& set, const FitContext& context) {
   const CurrentModel& now = set.model;
   std::vector<FreeNumber> out;
   std::vector<std::vector<double>> values;
@@ -39,12 +38,12 @@ std::vector<FreeNumber> numbers_to_free(const Hypothesis& set, const Experiment&
       if (!p.optional || spec.parameters.count(p.name) == 0) continue;
       FreeNumber number{spec, spec, p.name, 0.0, {}};
       number.with.parameters.erase(p.name);
-      add_starts(now, experiment, number, out, values);
+      add_starts(now, context.experiment, number, out, values);
     }
   }
   if (out.empty()) return out;
-  Problem problem(now.model, experiment, now.space, simulator, now.weights);
-  std::vector<Eigen::VectorXd> residuals = problem.residuals_of(values, experiment.with_role(Role::train));
+  Problem problem = problem_of(now, context);
+  std::vector<Eigen::VectorXd> residuals = problem.residuals_of(values, context.experiment.with_role(Role::train));
   for (std::size_t k = 0; k < out.size(); ++k) out[k].residual = std::move(residuals[k]);
   return out;
 }

@@ -20,8 +20,7 @@ struct FreeNumber {
 };
 
 /// Every start of every optional number that a member of the set holds fixed, simulated on `experiment`.
-std::vector<FreeNumber> numbers_to_free(const Hypothesis& set, const Experiment& experiment,
-                                        const SimulatorOptions& simulator);
+std::vector<FreeNumber> numbers_to_free(const Hypothesis& set, const FitContext& context);
 
 /// A member's own coordinates, with the number that `with` has free besides at `start`.
 std::vector<double> own_point_with(const CurrentModel& now, const Experiment& experiment, const EffectSpec& member,

@@ -46,44 +46,40 @@ LinearColumn column_of(const Axis& axis, double x, Eigen::VectorXd train, Eigen:
   return {std::move(train), std::move(validate), x - axis.center, axis.prior, axis.lower - x, axis.upper - x};
 }
 
-Hypotheses::Hypotheses(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& simulator,
-                       const RunControl& control, std::vector<EffectSpec> everywhere)
+Hypotheses::Hypotheses(const CurrentModel& plain, const FitContext& context, std::vector<EffectSpec> everywhere)
     : plain_(plain),
-      experiment_(experiment),
-      simulator_(simulator),
-      control_(control),
+      context_(context),
       everywhere_(std::move(everywhere)),
-      train_(experiment.with_role(Role::train)),
-      validate_(experiment.with_role(Role::validate)) {
-  control_.progress = nullptr;
-  control_.checkpoint.clear();
-  for (const EffectInfo& info : effect_table()) offered_ += places_of(info, plain, experiment).size();
+      train_(context.experiment.with_role(Role::train)),
+      validate_(context.experiment.with_role(Role::validate)) {
+  for (const EffectInfo& info : effect_table()) offered_ += places_of(info, plain, context.experiment).size();
 }
 
 Hypothesis Hypotheses::none(int iterations) const {
   Hypothesis out{{}, plain_};
   for (const EffectSpec& spec : everywhere_)
-    out.model = extended(out.model, experiment_, spec, out.model.fit.point, {0.0});
+    out.model = extended(out.model, context_.experiment, spec, out.model.fit.point, {0.0});
   fit(out.model, iterations);
   return out;
 }
 
 bool Hypotheses::fit(CurrentModel& model, int iterations) const {
-  set_priors(model.model, experiment_, model.space, model.fit.point);
-  if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
+  set_priors(model.model, context_.experiment, model.space, model.fit.point);
+  if (!refit(model, context_, kFitTolerance, nullptr, iterations)) return false;
   if (settled_) return true;
-  change_weights(model, experiment_, simulator_, independent_weights(model));
-  if (!refit(model, experiment_, simulator_, control_, kFitTolerance, nullptr, iterations)) return false;
-  change_weights(model, experiment_, simulator_, independent_weights(model));
+  change_weights(model, context_, independent_weights(model));
+  if (!refit(model, context_, kFitTolerance, nullptr, iterations)) return false;
+  change_weights(model, context_, independent_weights(model));
   return true;
 }
 
 /// What a channel leaves, times the root of how many samples say one thing: beside a prior each independent one counts
 /// once.
 std::vector<double> Hypotheses::independent_weights(const CurrentModel& model) const {
-  std::vector<double> out = weights_from(model, experiment_, simulator_);
-  const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
-  const Colour colour(model.fit.residual, problem.layout(train_), floors(model.weights));
+  std::vector<double> out = weights_from(model, context_);
+  const Problem problem = problem_of(model, context_);
+  const Colour colour(model.fit.residual, problem.layout(train_),
+                      noise_over_weight(context_.experiment, model.weights));
   for (std::size_t c = 0; c < out.size(); ++c) out[c] *= std::sqrt(colour.correlation_samples(static_cast<int>(c)));
   return out;
 }
@@ -95,7 +91,7 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
                              now.fit.point.begin() + static_cast<std::ptrdiff_t>(plain_.space.size()));
   const auto add = [&](const EffectSpec& spec, const std::vector<double>& own) {
     const std::vector<double> point = out.model.fit.point;
-    out.model = extended(out.model, experiment_, spec, point, own);
+    out.model = extended(out.model, context_.experiment, spec, point, own);
   };
   const auto present = [&](const EffectSpec& spec) { return own_point(now, spec); };
   for (const EffectSpec& spec : everywhere_) add(spec, present(spec));
@@ -116,28 +112,21 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
   return out;
 }
 
-/// Under which no innovation lies: each channel's noise over its weight.
-std::vector<double> Hypotheses::floors(std::span<const double> weights) const {
-  std::vector<double> out = noise_levels(experiment_);
-  for (std::size_t c = 0; c < out.size(); ++c) out[c] /= weights[c];
-  return out;
-}
-
 Colour Hypotheses::colour(const CurrentModel& model, const Eigen::VectorXd& residual,
                           std::span<const ResidualBlock> blocks) const {
-  return settled_ ? *settled_ : Colour(residual, blocks, floors(model.weights));
+  return settled_ ? *settled_ : Colour(residual, blocks, noise_over_weight(context_.experiment, model.weights));
 }
 
 void Hypotheses::settle(const Hypothesis& on) {
   const FittedRows r = rows(on.model, on.model.weights);
   settled_weights_ = on.model.weights;
-  settled_ = Colour(r.residual, r.blocks, floors(on.model.weights));
+  settled_ = Colour(r.residual, r.blocks, noise_over_weight(context_.experiment, on.model.weights));
 }
 
 FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> weights) const {
   FittedRows out;
-  const Problem own(model.model, experiment_, model.space, simulator_, model.weights);
-  const Problem asked(model.model, experiment_, model.space, simulator_, {weights.begin(), weights.end()});
+  const Problem own = problem_of(model, context_);
+  const Problem asked = problem_of(model, context_, {weights.begin(), weights.end()});
   out.blocks = asked.layout(train_);
   out.residual = asked.reweighed(model.fit.residual, own, train_);
   const Eigen::MatrixXd J = asked.reweighed(model.fit.jacobian, own, train_);
@@ -148,11 +137,12 @@ FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> w
 
 Eigen::VectorXd Hypotheses::heldout_rows(const Hypothesis& of, const Hypothesis& by) const {
   const std::vector<double>& weights = settled_ ? settled_weights_ : by.model.weights;
-  Problem problem(of.model.model, experiment_, of.model.space, simulator_, weights);
+  Problem problem = problem_of(of.model, context_, weights);
   Eigen::MatrixXd out = problem.residual(of.model.fit.point, validate_);
   if (out.size() == 0) return {};
   const FittedRows r = settled_ ? FittedRows() : rows(by.model, weights);
-  const Colour colour = settled_ ? *settled_ : Colour(r.residual, r.blocks, floors(weights));
+  const Colour colour =
+      settled_ ? *settled_ : Colour(r.residual, r.blocks, noise_over_weight(context_.experiment, weights));
   colour.whiten(out, problem.layout(validate_));
   return out;
 }
@@ -169,7 +159,8 @@ double Hypotheses::log_odds(const Hypothesis& one, const Hypothesis& other) cons
   const std::vector<double>& weights = settled_ ? settled_weights_ : leaves_less(one, other).model.weights;
   FittedRows x = rows(one.model, weights), y = rows(other.model, weights);
   const FittedRows& less = x.residual.squaredNorm() < y.residual.squaredNorm() ? x : y;
-  const Colour common = settled_ ? *settled_ : Colour(less.residual, less.blocks, floors(weights));
+  const Colour common =
+      settled_ ? *settled_ : Colour(less.residual, less.blocks, noise_over_weight(context_.experiment, weights));
   return evidence_of(std::move(x), common) - evidence_of(std::move(y), common) + log_prior(one.effects) -
          log_prior(other.effects);
 }
@@ -204,10 +195,10 @@ HeldoutDifference Hypotheses::heldout_difference(const Hypothesis& one, const Hy
 }
 
 std::vector<Eigen::Index> Hypotheses::heldout_rows_of(const CurrentModel& model, int joint) const {
-  const Problem problem(model.model, experiment_, model.space, simulator_, model.weights);
+  const Problem problem = problem_of(model, context_);
   std::vector<Eigen::Index> out;
   for (const ResidualBlock& block : problem.layout(validate_))
-    if (experiment_.channels[static_cast<std::size_t>(block.channel)].joint == joint)
+    if (context_.experiment.channels[static_cast<std::size_t>(block.channel)].joint == joint)
       for (Eigen::Index k = 0; k < block.count; ++k) out.push_back(block.first + k);
   return out;
 }
@@ -222,7 +213,7 @@ double Hypotheses::log_prior(const std::vector<EffectSpec>& effects) const {
 double Hypotheses::choices_of(const EffectSpec& spec) const {
   if (spec.recordings.empty()) return 1.0;
   std::set<std::string> files;
-  for (const int s : train_) files.insert(experiment_.segments[static_cast<std::size_t>(s)].file);
+  for (const int s : train_) files.insert(context_.experiment.segments[static_cast<std::size_t>(s)].file);
   return std::pow(2.0, static_cast<double>(files.size()));
 }
 
@@ -232,12 +223,12 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
     const Axis& axis = h.model.space.axes()[a];
     const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
     if (p.info->optional || p.info->per_joint) continue;  // of every joint: of one that moves little it may be neutral
-    if (!is_large_enough(h.model, experiment_, axis, h.model.fit.point[a])) return false;
+    if (!is_large_enough(h.model, context_.experiment, axis, h.model.fit.point[a])) return false;
     const double x = h.model.fit.point[a];
     double margin = kAtRangesEnd * std::min(axis.prior, axis.upper - axis.lower);
     if (p.info->scale == Scale::inertia && p.info->coordinate == Coordinate::linear) {
       // Its prior is as wide as what the efforts could drive (prior.h), beside which any inertia is small.
-      const double size = typical_size(Scale::inertia, h.model.model, experiment_, p.joint, values);
+      const double size = typical_size(Scale::inertia, h.model.model, context_.experiment, p.joint, values);
       margin = std::min(margin, kAtRangesEnd * size);
     }
     if (x <= axis.lower + margin || x >= axis.upper - margin) return false;
@@ -255,7 +246,7 @@ bool Hypotheses::is_determined(const Hypothesis& h, const EffectSpec& spec) cons
   FitResult fit;
   fit.solution = now.fit;
   fit.values = now.space.expand(now.fit.point);
-  Problem problem(now.model, experiment_, now.space, simulator_, now.weights);
+  Problem problem = problem_of(now, context_);
   describe_fit(now.model, now.space, problem, train_, fit);
   const bool shared = effect_info(spec.effect).shares;
   int determined = 0, strengths = 0;

@@ -63,15 +63,12 @@ struct HeldoutDifference {
 
 class Hypotheses {
  public:
-  /// Both must outlive it. `everywhere`: effects that belong to every set and are no member of any.
-  Hypotheses(const CurrentModel& plain, const Experiment& experiment, const SimulatorOptions& simulator,
-             const RunControl& control, std::vector<EffectSpec> everywhere = {});
+  /// `plain` must outlive it. `everywhere`: effects that belong to every set and are no member of any.
+  Hypotheses(const CurrentModel& plain, const FitContext& context, std::vector<EffectSpec> everywhere = {});
 
-  const Experiment& experiment() const { return experiment_; }
+  const FitContext& context() const { return context_; }
   const CurrentModel& plain() const { return plain_; }
-  const SimulatorOptions& simulator() const { return simulator_; }
-  const RunControl& control() const { return control_; }
-  void set_step(double step) { simulator_.max_step = step; }
+  void set_step(double step) { context_.simulator.max_step = step; }
   const std::vector<int>& train() const { return train_; }
   const std::vector<int>& validate() const { return validate_; }
 
@@ -117,16 +114,13 @@ class Hypotheses {
 
  private:
   std::vector<double> independent_weights(const CurrentModel& model) const;
-  std::vector<double> floors(std::span<const double> weights) const;
   /// Of the validate recordings' stacked residual, the rows of a joint's channels.
   std::vector<Eigen::Index> heldout_rows_of(const CurrentModel& model, int joint) const;
   const Hypothesis& leaves_less(const Hypothesis& one, const Hypothesis& other) const;
   static double evidence_of(FittedRows rows, const Colour& colour);
 
   const CurrentModel& plain_;
-  const Experiment& experiment_;
-  SimulatorOptions simulator_;
-  RunControl control_;
+  FitContext context_;
   std::vector<EffectSpec> everywhere_;
   std::vector<int> train_, validate_;
   std::optional<Colour> settled_;

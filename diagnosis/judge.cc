@@ -92,15 +92,13 @@ bool at_end(const CurrentModel& model, const Component& effect, const Experiment
   return false;
 }
 
-Judge::Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries)
+Judge::Judge(const CurrentModel& current, const FitContext& context, int tries)
     : current_(current),
-      experiment_(experiment),
-      options_(options),
-      simulator_(options.simulator),
+      context_(context),
       tries_(tries),
-      train_(experiment.with_role(Role::train)),
-      validate_(experiment.with_role(Role::validate)),
-      plain_(current.model, experiment, current.space, options.simulator, current.weights) {
+      train_(context.experiment.with_role(Role::train)),
+      validate_(context.experiment.with_role(Role::validate)),
+      plain_(problem_of(current, context)) {
   before_validate_ = plain_.residual(current.fit.point, validate_);
   heldout_energy_ = heldout_energy();
   for (const Energy& channel : heldout_energy_) floor_ += channel.noise;
@@ -113,7 +111,7 @@ Judge::Judge(const CurrentModel& current, const Experiment& experiment, const De
 Tried Judge::weigh(ScreenedEffect effect) {
   Tried out{std::move(effect), current_, {}, {}};
   set_recordings(out);
-  out.model = extended(current_, experiment_, out.effect.spec, out.effect.point, out.effect.own);
+  out.model = extended(current_, context_.experiment, out.effect.spec, out.effect.point, out.effect.own);
   out.train = residual_gain(current_.fit.residual, out.effect.residual, plain_.layout(train_));
   judge_heldout(out);
   return out;
@@ -131,7 +129,7 @@ void Judge::refit_from_first_look(Tried& tried) {
   Tried again{tried};
   again.effect.point.assign(current_.fit.point.begin(), current_.fit.point.end());
   again.effect.own = tried.effect.first_own;
-  again.model = extended(current_, experiment_, again.effect.spec, again.effect.point, again.effect.own);
+  again.model = extended(current_, context_.experiment, again.effect.spec, again.effect.point, again.effect.own);
   if (refit(again) && again.effect.residual.squaredNorm() < tried.effect.residual.squaredNorm())
     tried = std::move(again);
 }
@@ -140,10 +138,10 @@ bool Judge::refit(Tried& tried) {
   tried.refitted = true;
   CurrentModel& model = tried.model;
   model.weights = current_.weights;
-  if (!lacuna::refit(model, experiment_, simulator_, options_.control)) return false;
-  const std::vector<double> weights = weights_from(model, experiment_, simulator_);
+  if (!lacuna::refit(model, context_)) return false;
+  const std::vector<double> weights = weights_from(model, context_);
   if (weights != model.weights) {
-    change_weights(model, experiment_, simulator_, weights);
+    change_weights(model, context_, weights);
     if (!settle(model)) return false;
   }
   take_over(tried);
@@ -155,13 +153,13 @@ void Judge::follow(Tried& tried) {
 }
 
 double Judge::step_for(const Tried& tried) const {
-  return choose_step(tried.model.model, experiment_, simulator_, tried.model.space.expand(tried.model.fit.point)).step;
+  return choose_step(tried.model.model, context_.experiment, context_.simulator,
+                     tried.model.space.expand(tried.model.fit.point))
+      .step;
 }
 
 double Judge::doubt(const Tried& tried) const {
-  SimulatorOptions halved = simulator_;
-  halved.max_step *= 0.5;
-  Problem problem(tried.model.model, experiment_, tried.model.space, halved, current_.weights);
+  Problem problem = problem_of(tried.model, context_.with_step(0.5 * step()), current_.weights);
   const Eigen::VectorXd& rest = tried.effect.residual;
   const Eigen::VectorXd error = kErrorOverChange * (problem.residual(tried.model.fit.point, train_) - rest);
   std::vector<double> errors(tried.train.channels.size(), 0.0), rests = errors;
@@ -191,9 +189,9 @@ std::optional<Tried> Judge::freed(const Tried& tried) {
   const PlantModel model = current_.model.with_effects({spec});
   std::vector<double> own;
   std::size_t taken = 0;
-  for (const Axis& axis : effect_axes(model, experiment_, model.effects().back(), spec)) {
+  for (const Axis& axis : effect_axes(model, context_.experiment, model.effects().back(), spec)) {
     const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
-    const double size = typical_size(p.info->scale, model, experiment_, p.joint, model.values());
+    const double size = typical_size(p.info->scale, model, context_.experiment, p.joint, model.values());
     own.push_back(p.info->optional ? to_search(axis.coordinate, p.info->starts.front() * size)
                                    : tried.effect.own[taken++]);
   }
@@ -201,25 +199,25 @@ std::optional<Tried> Judge::freed(const Tried& tried) {
   free.effect.spec = spec;
   free.effect.own = own;
   free.effect.parameters = static_cast<int>(own.size());
-  free.model = extended(current_, experiment_, spec, tried.effect.point, own);
+  free.model = extended(current_, context_.experiment, spec, tried.effect.point, own);
   if (!refit(free)) return std::nullopt;
   return free;
 }
 
 std::vector<Tried> Judge::kin_of(const Tried& tried, const EffectInfo& kin) {
   std::vector<Tried> out;
-  const std::vector<EffectSpec> places = places_of(kin, current_, experiment_);
+  const std::vector<EffectSpec> places = places_of(kin, current_, context_.experiment);
   if (std::ranges::find(places, tried.effect.spec.place, &EffectSpec::place) == places.end()) return out;  // not sought
-  for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, experiment_, simulator_))
+  for (ScreenedEffect& start : kin_starts(kin, tried.effect, tried.model, current_, context_))
     out.push_back(weigh(std::move(start)));
   return out;
 }
 
 std::string Judge::objection(const Tried& tried) const {
   if (!is_finite(tried)) return "a parameter is not finite";
-  if (at_end(tried.model, tried.model.model.effects().back(), experiment_))
+  if (at_end(tried.model, tried.model.model.effects().back(), context_.experiment))
     return "a parameter at the end of its range";
-  if (too_small(tried, experiment_)) return "a parameter too small for such an effect";
+  if (too_small(tried, context_.experiment)) return "a parameter too small for such an effect";
   if (takes_from_one(tried)) return "no two joints take of what is shared";
   if (tried.p_value > kChance) return fmt::format("chance {:.2g}", tried.p_value);
   if (validate_.empty()) return "no validate recording to prove it on";
@@ -263,7 +261,7 @@ void Judge::take_over(Tried& tried) {
   const std::size_t base = current_.space.size();
   tried.effect.point.assign(model.fit.point.begin(), model.fit.point.begin() + static_cast<std::ptrdiff_t>(base));
   tried.effect.own.assign(model.fit.point.begin() + static_cast<std::ptrdiff_t>(base), model.fit.point.end());
-  const Problem own(model.model, experiment_, model.space, simulator_, model.weights);
+  const Problem own = problem_of(model, context_);
   tried.effect.residual = plain_.reweighed(model.fit.residual, own, train_);
   tried.train = residual_gain(current_.fit.residual, tried.effect.residual, plain_.layout(train_));
   judge_heldout(tried);
@@ -273,15 +271,15 @@ void Judge::take_over(Tried& tried) {
 bool Judge::settle(CurrentModel& model) {
   const Eigen::MatrixXd known = model.fit.jacobian;
   const double tolerance = kOneNat / static_cast<double>(model.fit.residual.size());
-  return lacuna::refit(model, experiment_, simulator_, options_.control, tolerance, &known);
+  return lacuna::refit(model, context_, tolerance, &known);
 }
 
 std::vector<Judge::Energy> Judge::heldout_energy() const {
-  const std::vector<double> noise = noise_levels(experiment_);
+  const std::vector<double> noise = noise_over_weight(context_.experiment, current_.weights);
   std::map<int, Energy> channels;
   for (const ResidualBlock& block : plain_.layout(validate_)) {
     const std::size_t c = static_cast<std::size_t>(block.channel);
-    const double ratio = noise[c] > 0.0 ? noise[c] / current_.weights[c] : 0.0;
+    const double ratio = noise[c] > 0.0 ? noise[c] : 0.0;
     Energy& of = channels[block.channel];
     of.before += before_validate_.segment(block.first, block.count).squaredNorm();
     of.noise += ratio * ratio * static_cast<double>(block.count);
@@ -298,8 +296,8 @@ void Judge::set_recordings(Tried& tried) {
   if (spec.recordings.empty()) return;
   EffectSpec everywhere = spec;
   everywhere.recordings.clear();
-  const CurrentModel all = extended(current_, experiment_, everywhere, tried.effect.point, tried.effect.own);
-  for (const std::string& file : recordings_with_effect(all, experiment_, simulator_, {Role::validate, Role::test})) {
+  const CurrentModel all = extended(current_, context_.experiment, everywhere, tried.effect.point, tried.effect.own);
+  for (const std::string& file : recordings_with_effect(all, context_, {Role::validate, Role::test})) {
     if (std::find(spec.recordings.begin(), spec.recordings.end(), file) == spec.recordings.end()) {
       spec.recordings.push_back(file);
     }
@@ -309,7 +307,7 @@ void Judge::set_recordings(Tried& tried) {
 void Judge::judge_heldout(Tried& tried) {
   tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tries_);
   if (validate_.empty()) return;
-  Problem problem(tried.model.model, experiment_, tried.model.space, simulator_, current_.weights);
+  Problem problem = problem_of(tried.model, context_, current_.weights);
   const Eigen::VectorXd after = problem.residual(tried.model.fit.point, validate_);
   tried.heldout = heldout_gain(before_validate_, after, plain_.layout(validate_), spread_);
   tried.p_value = chance(tried.train.log_likelihood, tried.effect.parameters, tried.heldout, tries_);

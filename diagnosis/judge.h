@@ -33,8 +33,8 @@ bool at_end(const CurrentModel& model, const Component& effect, const Experiment
 /// Weighs candidates for one model. Residuals are kept in that model's weights, so that candidates compare.
 class Judge {
  public:
-  /// `tries`: by which chances are multiplied. All but the options must outlive it.
-  Judge(const CurrentModel& current, const Experiment& experiment, const DecideOptions& options, int tries);
+  /// `tries`: by which chances are multiplied. The model must outlive it.
+  Judge(const CurrentModel& current, const FitContext& context, int tries);
 
   Tried weigh(ScreenedEffect effect);
 
@@ -54,16 +54,16 @@ class Judge {
   /// Calls work(candidate) for several at once, each with its share of the threads; ranks compute each one together.
   template <class Work>
   void share(const std::vector<Tried*>& those, const Work& work) {
-    const int threads = simulator_.threads, count = static_cast<int>(those.size());
-    const bool at_once = simulator_.ranks == nullptr && count > 1;
-    if (at_once) simulator_.threads = std::max(1, threads / count);
+    const int threads = context_.simulator.threads, count = static_cast<int>(those.size());
+    const bool at_once = context_.simulator.ranks == nullptr && count > 1;
+    if (at_once) context_.simulator.threads = std::max(1, threads / count);
     parallel_for(at_once ? threads : 1, count, [&](int, int k) { work(*those[static_cast<std::size_t>(k)]); });
-    simulator_.threads = threads;
+    context_.simulator.threads = threads;
   }
 
   /// The step in use; a candidate may need a finer one than the present model does.
-  double step() const { return simulator_.max_step; }
-  void set_step(double step) { simulator_.max_step = step; }
+  double step() const { return context_.simulator.max_step; }
+  void set_step(double step) { context_.simulator.max_step = step; }
   double step_for(const Tried& tried) const;
   /// By how much the evidence of a re-identified candidate might change at a finer step, nats: its integration error,
   /// as halving the step in use shows it on the train recordings, could have worked wholly for it or wholly against it.
@@ -98,9 +98,7 @@ class Judge {
   double share_of_excess(const Tried& tried) const;
 
   const CurrentModel& current_;
-  const Experiment& experiment_;
-  DecideOptions options_;
-  SimulatorOptions simulator_;
+  FitContext context_;
   int tries_;
   std::vector<int> train_, validate_;
   Problem plain_;

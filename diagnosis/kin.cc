@@ -69,15 +69,15 @@ std::vector<std::vector<double>> grid(const std::vector<Axis>& axes, const Plant
 /// `spec` at the point of the grid that leaves least.
 std::optional<ScreenedEffect> best_start(const EffectSpec& spec, const ScreenedEffect& source,
                                          const std::map<std::string, double>& found, const CurrentModel& current,
-                                         const Experiment& experiment, const SimulatorOptions& options) {
-  const CurrentModel there = extended(current, experiment, spec, source.point, {});
+                                         const FitContext& context) {
+  const CurrentModel there = extended(current, context.experiment, spec, source.point, {});
   const std::size_t base = current.space.size();
   const std::vector<Axis> axes(there.space.axes().begin() + static_cast<std::ptrdiff_t>(base),
                                there.space.axes().end());
-  std::vector<std::vector<double>> points = grid(axes, there.model, experiment, found);
+  std::vector<std::vector<double>> points = grid(axes, there.model, context.experiment, found);
   for (std::vector<double>& point : points) point.insert(point.begin(), source.point.begin(), source.point.end());
-  Problem problem(there.model, experiment, there.space, options, current.weights);
-  const std::vector<Eigen::VectorXd> residuals = problem.residuals(points, experiment.with_role(Role::train));
+  Problem problem = problem_of(there, context, current.weights);
+  const std::vector<Eigen::VectorXd> residuals = problem.residuals(points, context.experiment.with_role(Role::train));
   std::optional<ScreenedEffect> best;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const double energy = residuals[k].squaredNorm();
@@ -110,8 +110,7 @@ bool overlap(const EffectInfo& one, const EffectInfo& other) {
 }
 
 std::vector<ScreenedEffect> kin_starts(const EffectInfo& kin, const ScreenedEffect& source, const CurrentModel& model,
-                                       const CurrentModel& current, const Experiment& experiment,
-                                       const SimulatorOptions& options) {
+                                       const CurrentModel& current, const FitContext& context) {
   const std::map<std::string, double> found = found_values(source, model);
   EffectSpec spare{kin.name, source.spec.place, {}, source.spec.recordings, kin.name}, shaped = spare;
   for (const ParameterInfo& p : kin.parameters) {
@@ -123,7 +122,7 @@ std::vector<ScreenedEffect> kin_starts(const EffectInfo& kin, const ScreenedEffe
   if (shaped.parameters != spare.parameters) variants.push_back(shaped);
   std::vector<ScreenedEffect> out;
   for (const EffectSpec& spec : variants) {
-    if (auto start = best_start(spec, source, found, current, experiment, options)) out.push_back(std::move(*start));
+    if (auto start = best_start(spec, source, found, current, context)) out.push_back(std::move(*start));
   }
   return out;
 }

@@ -20,7 +20,6 @@ bool overlap(const EffectInfo& one, const EffectInfo& other);
 /// a grid over the others the point that leaves least on the train recordings. With the optional ones at neutral; where
 /// the source has some of them free, with those free as well. What cannot be simulated is left out.
 std::vector<ScreenedEffect> kin_starts(const EffectInfo& kin, const ScreenedEffect& source, const CurrentModel& model,
-                                       const CurrentModel& current, const Experiment& experiment,
-                                       const SimulatorOptions& options);
+                                       const CurrentModel& current, const FitContext& context);
 
 }  // namespace lacuna

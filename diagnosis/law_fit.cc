@@ -40,7 +40,7 @@ std::vector<Learnable> best_of_each(std::vector<Learnable> out) {
 struct LawFit::About {
   About(const LawFit& of, const CurrentModel& model)
       : now(model),
-        look(model, of.experiment_, of.sets_.simulator(), of.sets_.train()),
+        look(model, of.sets_.context(), of.sets_.train()),
         along(look, model, of.experiment_, of.sets_.train()),
         projector(model.fit.jacobian),
         rest(projector.rest(model.fit.residual)),
@@ -70,8 +70,8 @@ std::vector<Learnable> LawFit::offer(const std::vector<int>& joints) const {
     bend(about, nullptr, law);
   };
   parallel_for(
-      sets_.simulator().threads, static_cast<int>(simulated.begin() - out.begin()),
-      [&](int, int k) { weigh(out[static_cast<std::size_t>(k)]); }, sets_.simulator().stop);
+      sets_.context().simulator.threads, static_cast<int>(simulated.begin() - out.begin()),
+      [&](int, int k) { weigh(out[static_cast<std::size_t>(k)]); }, sets_.context().simulator.stop);
   std::ranges::for_each(simulated, weigh);
   return best_of_each(std::move(out));
 }
@@ -138,7 +138,7 @@ void LawFit::bend(const About& about, const Learnable* stands, Learnable& law) c
 
 /// Of the whole residual: as many as say one thing each.
 double LawFit::effective_samples(const CurrentModel& now) const {
-  const Problem problem(now.model, experiment_, now.space, sets_.simulator(), now.weights);
+  const Problem problem = problem_of(now, sets_.context());
   const auto blocks = problem.layout(sets_.train());
   const Colour colour = sets_.colour(now, now.fit.residual, blocks);
   double out = 0.0;
@@ -212,7 +212,7 @@ void LawFit::look_for_a_period(FittedLaw& smooth) const {
 
 double LawFit::left_by(const Hypothesis& one) const {
   double out = 0.0;
-  const Problem problem(one.model.model, experiment_, one.model.space, sets_.simulator(), one.model.weights);
+  const Problem problem = problem_of(one.model, sets_.context());
   for (const ResidualBlock& b : problem.layout(sets_.train())) {
     const auto c = static_cast<std::size_t>(b.channel);
     const double unit = one.model.weights[c] / standing_.model.weights[c];

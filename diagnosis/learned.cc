@@ -28,10 +28,9 @@ constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before t
 
 class Learner {
  public:
-  Learner(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
-          const SimulatorOptions& simulator, const RunControl& control)
-      : experiment_(experiment),
-        sets_(plain, experiment, simulator, control, of_every_set(plain, current)),
+  Learner(const CurrentModel& plain, const CurrentModel& current, const FitContext& context)
+      : experiment_(context.experiment),
+        sets_(plain, context, of_every_set(plain, current)),
         standing_{effects_beyond(plain.model, current), current},
         laws_(experiment_, sets_, standing_) {
     std::erase_if(standing_.effects, is_of_every_set);
@@ -54,8 +53,7 @@ class Learner {
   /// What acts at a joint may move the others.
   void learn_where_most_is_left(LearnedLaws& out) {
     const std::vector<EffectSpec> names = named_effects();
-    while (kept_.size() < experiment_.joint_names.size() &&
-           leaves_a_rest(standing_.model, experiment_, sets_.simulator()))
+    while (kept_.size() < experiment_.joint_names.size() && leaves_a_rest(standing_.model, sets_.context()))
       if (!learn(laws_.offer(every_joint()))) break;
     if (kept_.empty()) return;
     drop_needless(names, out.needless);
@@ -357,9 +355,8 @@ void LearnedLaws::follow(std::vector<Finding>& findings) const {
                            [&](const Finding& f) { return named.model.find_effect_at(f.effect, f.place); });
 }
 
-LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
-                       const SimulatorOptions& simulator, const RunControl& control) {
-  return Learner(plain, current, experiment, simulator, control).run();
+LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const FitContext& context) {
+  return Learner(plain, current, context).run();
 }
 
 }  // namespace lacuna

@@ -42,7 +42,6 @@ struct LearnedLaws {
 
 /// From `current`, which leaves a rest and has named effects beyond `plain`. Nothing is learned without validate
 /// recordings. Where efforts are predicted, laws are sought that act at the link.
-LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const Experiment& experiment,
-                       const SimulatorOptions& simulator, const RunControl& control);
+LearnedLaws learn_laws(const CurrentModel& plain, const CurrentModel& current, const FitContext& context);
 
 }  // namespace lacuna

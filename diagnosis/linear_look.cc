@@ -35,16 +35,15 @@ Eigen::MatrixXd matrix_of(const std::vector<std::vector<double>>& efforts) {
 
 }  // namespace
 
-LinearLook::LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-                       std::vector<int> segments)
+LinearLook::LinearLook(const CurrentModel& current, const FitContext& context, std::vector<int> segments)
     : current_(current),
-      experiment_(experiment),
-      simulator_(simulator),
+      experiment_(context.experiment),
+      simulator_(context.simulator),
       segments_(std::move(segments)),
-      is_measured_(std::holds_alternative<InverseDynamics>(experiment.prediction)) {
+      is_measured_(std::holds_alternative<InverseDynamics>(experiment_.prediction)) {
   if (is_measured_)
     probe_efforts();
-  else if (is_simulated(experiment) && !has_sides(current.model))
+  else if (is_simulated(experiment_) && !has_sides(current.model))
     linearise();
 }
 

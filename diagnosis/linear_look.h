@@ -14,9 +14,8 @@ namespace lacuna {
 
 class LinearLook {
  public:
-  /// About the present fit, on `segments`, at the simulator's step. All of these must outlive it.
-  LinearLook(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator,
-             std::vector<int> segments);
+  /// About the present fit, on `segments`, at the context's step. All of these must outlive it.
+  LinearLook(const CurrentModel& current, const FitContext& context, std::vector<int> segments);
 
   /// Whether an effect of the catalogue does its work as an effort along the motion: not one that reads the motion, is
   /// late, or lies between the actuator's side and the link. Of none where the present model has such a side, where the

@@ -11,16 +11,14 @@
 namespace lacuna {
 
 struct MissingPhysics {
-  CurrentModel model;          ///< with all that was found, fitted
-  SimulatorOptions simulator;  ///< with the step that it needs
-  StepChoice step;
+  CurrentModel model;     ///< with all that was found, fitted
+  double max_step = 0.0;  ///< s, that it was fitted at
+  StepChoice step;        ///< that it needs
 };
 
-/// From `before`, the plain model as identified and arrived at simulator.max_step. Findings, candidates and notes go to
+/// From `before`, the plain model as identified and arrived at the context's step. Findings, candidates and notes go to
 /// `out`, whose `before` and `missing` are filled in already.
-MissingPhysics search_missing_physics(const Scenario& scenario, const Experiment& experiment,
-                                      const CurrentModel& before, const SimulatorOptions& simulator,
-                                      const RunControl& control, DiagnosisCheckpoint& saved, Diagnosis& out,
-                                      const Report& report);
+MissingPhysics search_missing_physics(const Scenario& scenario, const FitContext& context, const CurrentModel& before,
+                                      DiagnosisCheckpoint& saved, Diagnosis& out, const Report& report);
 
 }  // namespace lacuna

@@ -47,8 +47,9 @@ Eigen::Index rows_at_start(const Segment& segment, std::size_t channel) {
 
 }  // namespace
 
-std::vector<std::string> likely_recordings(const CurrentModel& current, const Experiment& experiment,
-                                           const CoarseLook& coarse, const EffectSpec& spec) {
+std::vector<std::string> likely_recordings(const CurrentModel& current, const CoarseLook& coarse,
+                                           const EffectSpec& spec) {
+  const Experiment& experiment = coarse.context.experiment;
   const std::vector<int> train = experiment.with_role(Role::train);
   const std::vector<std::string> files = files_of(experiment, Role::train);
   if (files.size() < 2) return {};
@@ -58,7 +59,7 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
   const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
   const double size =
       info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
-  Problem problem(model, experiment, current.space, coarse.simulator, current.weights);
+  Problem problem(model, experiment, current.space, coarse.context.simulator, current.weights);
   std::vector<double> values = model.values();
   const std::vector<double> plain = current.space.expand(current.fit.point);
   std::copy(plain.begin(), plain.end(), values.begin());
@@ -85,10 +86,10 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Ex
   return on.size() < files.size() ? on : std::vector<std::string>{};
 }
 
-std::vector<std::string> recordings_with_effect(const CurrentModel& with, const Experiment& experiment,
-                                                const SimulatorOptions& options, const std::vector<Role>& roles) {
-  const bool efforts = std::holds_alternative<InverseDynamics>(experiment.prediction);
-  const std::vector<int> segments = deciding_segments(experiment, roles, efforts);
+std::vector<std::string> recordings_with_effect(const CurrentModel& with, const FitContext& context,
+                                                const std::vector<Role>& roles) {
+  const bool efforts = std::holds_alternative<InverseDynamics>(context.experiment.prediction);
+  const std::vector<int> segments = deciding_segments(context.experiment, roles, efforts);
   if (segments.empty()) return {};
   std::vector<std::vector<double>> both(2, with.space.expand(with.fit.point));
   const Component& component = with.model.effects().back();
@@ -96,11 +97,11 @@ std::vector<std::string> recordings_with_effect(const CurrentModel& with, const 
     const auto i = static_cast<std::size_t>(component.first + k);
     both[1][i] = with.model.parameters()[i].neutral;
   }
-  Problem problem(with.model, experiment, with.space, options, with.weights);
+  Problem problem = problem_of(with, context);
   const std::vector<Eigen::VectorXd> residuals = problem.residuals_of(both, segments);
   std::vector<std::pair<std::string, double>> gained;  // energy that it removes, by file
   for (const ResidualBlock& block : problem.layout(segments)) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const Segment& segment = context.experiment.segments[static_cast<std::size_t>(block.segment)];
     const Eigen::Index rows = efforts ? block.count : rows_at_start(segment, static_cast<std::size_t>(block.channel));
     const auto energy = [&](const Eigen::VectorXd& r) { return r.segment(block.first, rows).squaredNorm(); };
     if (gained.empty() || gained.back().first != segment.file) gained.emplace_back(segment.file, 0.0);

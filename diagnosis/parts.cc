@@ -84,10 +84,11 @@ struct PlainResidual {
   Eigen::VectorXd rows;
   std::vector<ResidualBlock> blocks;
 };
-PlainResidual plain_residual(const CurrentModel& model, Experiment experiment, const SimulatorOptions& simulator) {
+PlainResidual plain_residual(const CurrentModel& model, const FitContext& context) {
+  Experiment experiment = context.experiment;
   for (Segment& segment : experiment.segments) segment.start_effects = nullptr;
   const std::vector<int> train = experiment.with_role(Role::train);
-  Problem problem(model.model, experiment, model.space, simulator, model.weights);
+  Problem problem = problem_of(model, context.on(experiment));
   return {problem.residual(model.fit.point, train), problem.layout(train)};
 }
 
@@ -104,12 +105,12 @@ Eigen::VectorXd rows_of(const PlainResidual& residual, std::size_t channel) {
 }
 
 /// Whether a part predicts of its channels what the whole machine does (`whole`), where the others move.
-bool predicts_as_whole(const Scenario& part, const Experiment& experiment, const CurrentModel& plain,
-                       const PlainResidual& whole, const SimulatorOptions& simulator) {
+bool predicts_as_whole(const Scenario& part, const CurrentModel& plain, const PlainResidual& whole,
+                       const FitContext& context) {
   const Experiment own_experiment = make_experiment(part);
-  const CurrentModel own = part_of(plain, experiment, part, own_experiment);
-  const PlainResidual residual = plain_residual(own, own_experiment, simulator);
-  const std::vector<std::size_t> channels = channels_in(experiment, own_experiment);
+  const CurrentModel own = part_of(plain, context.experiment, part, own_experiment);
+  const PlainResidual residual = plain_residual(own, context.on(own_experiment));
+  const std::vector<std::size_t> channels = channels_in(context.experiment, own_experiment);
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const Eigen::VectorXd missing = rows_of(whole, channels[c]);
     if (!((rows_of(residual, c) - missing).norm() <= kMovedByOthers * missing.norm())) return false;
@@ -119,28 +120,25 @@ bool predicts_as_whole(const Scenario& part, const Experiment& experiment, const
 
 /// The parts of a chain whose drives each give a flow through stiff oil: a joint moves as it is told, whatever the
 /// others do. Empty where that is not so of all of them.
-std::vector<Scenario> parts_of_chain(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain,
-                                     const std::vector<int>& joints, const SimulatorOptions& simulator) {
+std::vector<Scenario> parts_of_chain(const Scenario& scenario, const CurrentModel& plain,
+                                     const std::vector<int>& joints, const FitContext& context) {
   std::vector<Scenario> out;
   for (const int j : joints) {
     if (!is_measured(scenario, {j})) continue;
     if (!integrates_flow(plain.model.actuators()[static_cast<std::size_t>(j)].type)) return {};
-    out.push_back(alone(scenario, experiment, plain, j));
+    out.push_back(alone(scenario, context.experiment, plain, j));
   }
-  const PlainResidual whole = plain_residual(plain, experiment, simulator);
-  const auto stands = [&](const Scenario& part) {
-    return predicts_as_whole(part, experiment, plain, whole, simulator);
-  };
+  const PlainResidual whole = plain_residual(plain, context);
+  const auto stands = [&](const Scenario& part) { return predicts_as_whole(part, plain, whole, context); };
   if (!std::all_of(out.begin(), out.end(), stands)) out.clear();
   return out;
 }
 
 }  // namespace
 
-std::vector<Scenario> parts_of(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain,
-                               const SimulatorOptions& simulator) {
+std::vector<Scenario> parts_of(const Scenario& scenario, const CurrentModel& plain, const FitContext& context) {
   if (scenario.total_mass || has_effect_of_the_arm(plain.model)) return {};
-  const bool efforts = std::holds_alternative<InverseDynamics>(experiment.prediction);
+  const bool efforts = std::holds_alternative<InverseDynamics>(context.experiment.prediction);
   const std::vector<int> branch = branches(plain.model);
   std::map<int, std::vector<int>> joints;
   for (std::size_t j = 0; j < branch.size(); ++j) joints[branch[j]].push_back(static_cast<int>(j));
@@ -148,8 +146,8 @@ std::vector<Scenario> parts_of(const Scenario& scenario, const Experiment& exper
   for (const auto& [first, those] : joints) {
     if (!is_measured(scenario, those)) continue;
     std::vector<Scenario> apart;
-    if (those.size() > 1 && !efforts) apart = parts_of_chain(scenario, experiment, plain, those, simulator);
-    if (apart.empty()) apart.push_back(restricted(scenario, experiment, those));
+    if (those.size() > 1 && !efforts) apart = parts_of_chain(scenario, plain, those, context);
+    if (apart.empty()) apart.push_back(restricted(scenario, context.experiment, those));
     std::move(apart.begin(), apart.end(), std::back_inserter(out));
   }
   if (out.size() < 2) out.clear();
@@ -165,15 +163,14 @@ CurrentModel part_of(const CurrentModel& whole, const Experiment& experiment, co
   return out;
 }
 
-CurrentModel put_together(const CurrentModel& whole, const Experiment& experiment,
-                          const std::vector<CurrentModel>& parts, const std::vector<Experiment>& part_experiments,
-                          const SimulatorOptions& simulator) {
+CurrentModel put_together(const CurrentModel& whole, const std::vector<CurrentModel>& parts,
+                          const std::vector<Experiment>& part_experiments, const FitContext& context) {
   CurrentModel out = whole;
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    const std::vector<std::size_t> channels = channels_in(experiment, part_experiments[k]);
+    const std::vector<std::size_t> channels = channels_in(context.experiment, part_experiments[k]);
     for (std::size_t c = 0; c < channels.size(); ++c) out.weights[channels[c]] = parts[k].weights[c];
     for (const EffectSpec& spec : effects_beyond(whole.model, parts[k]))
-      out = extended(out, experiment, spec, out.fit.point, {});
+      out = extended(out, context.experiment, spec, out.fit.point, {});
   }
   std::vector<double> values = by_name(out.model, out.model.values(), whole.model, whole.space.expand(whole.fit.point));
   for (const CurrentModel& part : parts) {
@@ -183,7 +180,7 @@ CurrentModel put_together(const CurrentModel& whole, const Experiment& experimen
       values[static_cast<std::size_t>(out.model.find(part.model.parameters()[p].name))] = found[p];
     }
   }
-  evaluate_at(out, out.space.contract(values), experiment, simulator);
+  evaluate_at(out, out.space.contract(values), context);
   return out;
 }
 

@@ -16,10 +16,9 @@
 namespace lacuna {
 
 /// The scenario of each part in which a position is measured, named after its first joint; `plain`: the model as
-/// identified on `experiment`. Empty where the machine is in one piece: fewer than two such parts, an effect on the
-/// whole arm, or a known total mass.
-std::vector<Scenario> parts_of(const Scenario& scenario, const Experiment& experiment, const CurrentModel& plain,
-                               const SimulatorOptions& simulator);
+/// identified on the context's recordings. Empty where the machine is in one piece: fewer than two such parts, an
+/// effect on the whole arm, or a known total mass.
+std::vector<Scenario> parts_of(const Scenario& scenario, const CurrentModel& plain, const FitContext& context);
 
 /// `whole`, a plain model as identified, as far as it is about the part.
 CurrentModel part_of(const CurrentModel& whole, const Experiment& experiment, const Scenario& part,
@@ -27,8 +26,7 @@ CurrentModel part_of(const CurrentModel& whole, const Experiment& experiment, co
 
 /// `whole` with the effects, values and weights of its parts' models put in: not fitted, its residual and sensitivities
 /// evaluated at that point. What no part searched stays.
-CurrentModel put_together(const CurrentModel& whole, const Experiment& experiment,
-                          const std::vector<CurrentModel>& parts, const std::vector<Experiment>& part_experiments,
-                          const SimulatorOptions& simulator);
+CurrentModel put_together(const CurrentModel& whole, const std::vector<CurrentModel>& parts,
+                          const std::vector<Experiment>& part_experiments, const FitContext& context);
 
 }  // namespace lacuna

@@ -22,15 +22,14 @@ struct Loss {
 
 /// What finding k is worth beside the others.
 Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& current,
-             const std::vector<Finding>& findings, const Experiment& experiment, const SimulatorOptions& options,
-             const RunControl& control) {
-  std::vector<Without> rests{without(k, plain, current, findings, experiment)};
+             const std::vector<Finding>& findings, const FitContext& context) {
+  std::vector<Without> rests{without(k, plain, current, findings, context.experiment)};
   if (const auto heir = heir_of(k, findings))
-    rests.push_back(handed_over(k, *heir, plain, current, findings, experiment));
+    rests.push_back(handed_over(k, *heir, plain, current, findings, context.experiment));
   Loss least;
   for (Without& rest : rests) {
-    if (!refit(rest.model, experiment, options, control)) continue;  // the motion cannot even be simulated
-    const Worth worth = worth_over(current, rest.model, experiment, options);
+    if (!refit(rest.model, context)) continue;  // the motion cannot even be simulated
+    const Worth worth = worth_over(current, rest.model, context);
     const double gain = worth.gain();
     if (!(gain < least.gain)) continue;
     least.gain = gain;
@@ -44,14 +43,13 @@ Loss loss_of(std::size_t k, const CurrentModel& plain, const CurrentModel& curre
 }  // namespace
 
 std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
-                               const Experiment& experiment, const SimulatorOptions& options,
-                               const RunControl& control) {
+                               const FitContext& context) {
   std::vector<std::string> removed;
   while (findings.size() > 1) {
     std::optional<Loss> least;
     std::size_t which = 0;
     for (std::size_t k = 0; k < findings.size(); ++k) {
-      Loss loss = loss_of(k, plain, current, findings, experiment, options, control);
+      Loss loss = loss_of(k, plain, current, findings, context);
       if (loss.needed || (least && loss.gain >= least->gain)) continue;
       least = std::move(loss);
       which = k;
@@ -59,9 +57,7 @@ std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current,
     if (!least) break;
     removed.push_back(findings[which].effect + " at " + findings[which].place);
     current = std::move(least->rest->model);
-    RunControl quiet = control;
-    quiet.progress = nullptr;
-    refine(current, experiment, options, quiet);
+    refine(current, context);
     findings = std::move(least->rest->findings);
   }
   return removed;

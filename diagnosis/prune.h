@@ -16,7 +16,6 @@ namespace lacuna {
 /// `findings`, in order.
 /// Returns what was taken out, "effect at place".
 std::vector<std::string> prune(const CurrentModel& plain, CurrentModel& current, std::vector<Finding>& findings,
-                               const Experiment& experiment, const SimulatorOptions& options,
-                               const RunControl& control);
+                               const FitContext& context);
 
 }  // namespace lacuna

@@ -49,16 +49,15 @@ void put_efforts(std::vector<Replay>& out, const Diagnosis& found, const std::ve
 
 }  // namespace
 
-std::vector<std::vector<Trace>> traces(const CurrentModel& before, const CurrentModel& after,
-                                       const Experiment& experiment, const SimulatorOptions& options,
+std::vector<std::vector<Trace>> traces(const CurrentModel& before, const CurrentModel& after, const FitContext& context,
                                        const std::vector<int>& segments) {
+  const Experiment& experiment = context.experiment;
   using Predicted = std::vector<std::vector<std::vector<double>>>;
   auto predict = [&](const CurrentModel& current) {
     Predicted all(experiment.segments.size());
     const std::vector<std::vector<double>> one{current.space.expand(current.fit.point)};
-    make_simulator(current.model, experiment, options)->run(one, segments, [&](int, int s, const auto& predicted) {
-      all[static_cast<std::size_t>(s)] = predicted;
-    });
+    make_simulator(current.model, experiment, context.simulator)
+        ->run(one, segments, [&](int, int s, const auto& predicted) { all[static_cast<std::size_t>(s)] = predicted; });
     return all;
   };
   const Predicted a = predict(before), b = predict(after);
@@ -94,7 +93,8 @@ std::vector<std::vector<Trace>> traces(const CurrentModel& before, const Current
 }
 
 std::vector<Replay> replays(const Diagnosis& found, const CurrentModel& before, const CurrentModel& after,
-                            const Experiment& experiment, const Scenario& scenario, const SimulatorOptions& options) {
+                            const FitContext& context, const Scenario& scenario) {
+  const Experiment& experiment = context.experiment;
   std::vector<Replay> out;
   if (found.traces.empty()) return out;
   const Role first = experiment.with_role(Role::test).empty() ? Role::validate : Role::test;
@@ -103,14 +103,15 @@ std::vector<Replay> replays(const Diagnosis& found, const CurrentModel& before, 
     std::vector<int> segments = experiment.with_role(Role::validate);
     std::erase_if(segments, [&](int s) { return experiment.segments[static_cast<std::size_t>(s)].file != file; });
     if (segments.empty() || file == out.front().recording || out.size() == kMostReplays) continue;
-    out.push_back({file, Role::validate, traces(before, after, experiment, options, segments).front(), {}});
+    out.push_back({file, Role::validate, traces(before, after, context, segments).front(), {}});
   }
   if (found.missing.empty()) return out;
   std::vector<std::string> files;
   for (const Replay& replay : out) files.push_back(replay.recording);
-  const std::vector<EffortCourse> plain = effort_courses(before, scenario, options, files);
+  const std::vector<EffortCourse> plain = effort_courses(before, scenario, context.simulator, files);
   put_efforts(out, found, plain,
-              changes_the_model(found) ? effort_courses(after, scenario, options, files) : std::vector<EffortCourse>{});
+              changes_the_model(found) ? effort_courses(after, scenario, context.simulator, files)
+                                       : std::vector<EffortCourse>{});
   return out;
 }
 

@@ -20,15 +20,15 @@ struct Left {
   std::vector<double> q, v, rest;  ///< rad (m), rad/s (m/s), channel units
 };
 
-Left left_of(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& simulator, int joint) {
-  const std::vector<int> train = experiment.with_role(Role::train);
-  const Problem problem(current.model, experiment, current.space, simulator, current.weights);
+Left left_of(const CurrentModel& current, const FitContext& context, int joint) {
+  const std::vector<int> train = context.experiment.with_role(Role::train);
+  const Problem problem = problem_of(current, context);
   Left out;
   for (const ResidualBlock& block : problem.layout(train)) {
     const auto c = static_cast<std::size_t>(block.channel);
-    const Channel& channel = experiment.channels[c];
+    const Channel& channel = context.experiment.channels[c];
     if (channel.joint != joint || channel.kind != ChannelKind::effort) continue;
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const Segment& segment = context.experiment.segments[static_cast<std::size_t>(block.segment)];
     const auto j = static_cast<std::size_t>(joint);
     Eigen::Index row = block.first;
     for (std::size_t k = 0; k < segment.compared.size(); ++k) {
@@ -77,13 +77,12 @@ std::vector<Ripple> spectrum(const Left& left, double first, double step, int co
 
 }  // namespace
 
-std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const Experiment& experiment,
-                                               const SimulatorOptions& simulator, int joint) {
-  const auto* inverse = std::get_if<InverseDynamics>(&experiment.prediction);
+std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const FitContext& context, int joint) {
+  const auto* inverse = std::get_if<InverseDynamics>(&context.experiment.prediction);
   const auto j = static_cast<std::size_t>(joint);
-  const double range = 2.0 * experiment.position_reach[j], speed = experiment.speed_rms[j];
+  const double range = 2.0 * context.experiment.position_reach[j], speed = context.experiment.speed_rms[j];
   if (inverse == nullptr || !(range > 0.0) || !(speed > 0.0)) return {};
-  const Left left = left_of(current, experiment, simulator, joint);
+  const Left left = left_of(current, context, joint);
   if (left.q.empty()) return {};
   const double step = 1.0 / range, most = 2.0 * std::numbers::pi * inverse->cutoff_hz / (kSlowMotion * speed);
   const double first = 2.0 * std::numbers::pi / range;  // a whole period within the travel

@@ -13,7 +13,6 @@ namespace lacuna {
 
 /// Own coordinates (a, b, n) of ripples at a joint, of most energy in what `current`, fitted, leaves of its measured
 /// effort; the strongest first. None where its effort is not measured or it stands still.
-std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const Experiment& experiment,
-                                               const SimulatorOptions& simulator, int joint);
+std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const FitContext& context, int joint);
 
 }  // namespace lacuna

@@ -15,10 +15,10 @@ using Report = std::function<void(const std::string& stage, double done)>;
 
 class Rounds {
  public:
-  /// From `before`, the plain model as identified at at.max_step. Findings, candidates and notes go to `out`, whose
-  /// `before` and `missing` are filled in already. All of these must outlive it.
-  Rounds(const Scenario& scenario, const Experiment& experiment, const RunControl& control, DiagnosisCheckpoint& saved,
-         const CurrentModel& before, const SimulatorOptions& at, Diagnosis& out, const Report& report);
+  /// From `before`, the plain model as identified at the context's step. Findings, candidates and notes go to `out`,
+  /// whose `before` and `missing` are filled in already. All of these must outlive it.
+  Rounds(const Scenario& scenario, const FitContext& context, DiagnosisCheckpoint& saved, const CurrentModel& before,
+         Diagnosis& out, const Report& report);
 
   /// Rounds until one finds nothing, nothing is left, or there are as many findings as most_effects(). A round that a
   /// checkpoint holds is taken from there.
@@ -29,7 +29,7 @@ class Rounds {
   void reconsider();
 
   CurrentModel current;
-  SimulatorOptions simulator;  ///< with the step that the present model needs
+  FitContext context;  ///< with the step that the present model needs
   StepChoice step;
 
  private:
@@ -39,12 +39,10 @@ class Rounds {
   int most_effects() const;  ///< findings at most: four, or two a joint if those are more
 
   const Scenario& scenario_;
-  const Experiment& experiment_;
   DiagnosisCheckpoint& saved_;
   const CurrentModel& plain_;
   Diagnosis& out_;
   const Report& report_;
-  RunControl quiet_;
   int done_ = 0;  ///< rounds
 };
 

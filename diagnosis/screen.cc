@@ -45,15 +45,15 @@ struct Chain {
 /// All starts of one effect, in a model that holds it at every place at its neutral value.
 class EffectScreen {
  public:
-  EffectScreen(const CurrentModel& current, const Experiment& experiment, const CoarseLook& coarse,
-               std::vector<EffectSpec> specs, std::vector<int> train)
+  EffectScreen(const CurrentModel& current, const CoarseLook& coarse, std::vector<EffectSpec> specs,
+               std::vector<int> train)
       : current_(current),
-        experiment_(experiment),
+        experiment_(coarse.context.experiment),
         coarse_(coarse),
         specs_(std::move(specs)),
         train_(std::move(train)),
         model_(current.model.with_effects(specs_)),
-        problem_(model_, experiment, current.space, coarse.simulator, current.weights),
+        problem_(model_, experiment_, current.space, coarse.context.simulator, current.weights),
         base_(static_cast<Eigen::Index>(current.space.size())) {}
 
   /// First look: every start with the optional parameters neutral, linearised. Keeps the most promising ones of a
@@ -305,7 +305,7 @@ class EffectScreen {
       chain->tried = chain->x;
       key = hash_of(std::as_bytes(std::span(chain->x.data(), static_cast<std::size_t>(chain->x.size()))), key);
     }
-    const SimulatorOptions& on = coarse_.simulator;
+    const SimulatorOptions& on = coarse_.context.simulator;
     make_executor(on.threads, on.ranks, on.stop)
         ->run(
             static_cast<int>(walking.size()), [&](int, int k) { propose_step(*walking[static_cast<std::size_t>(k)]); },
@@ -385,14 +385,15 @@ double least_promising(const std::vector<std::unique_ptr<EffectScreen>>& screens
 
 }  // namespace
 
-std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
+std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const FitContext& context,
                                            const ScreenOptions& options) {
+  const Experiment& experiment = context.experiment;
   const std::vector<int> train = experiment.with_role(Role::train);
   const Projector projector(current.fit.jacobian);
   std::vector<std::unique_ptr<EffectScreen>> screens;
-  const CoarseLook coarse = coarse_look(current, experiment, options.simulator);
+  const CoarseLook coarse = coarse_look(current, context);
   auto look = [&](std::vector<EffectSpec> specs) {
-    screens.push_back(std::make_unique<EffectScreen>(current, experiment, coarse, std::move(specs), train));
+    screens.push_back(std::make_unique<EffectScreen>(current, coarse, std::move(specs), train));
     screens.back()->look(projector);
   };
   const auto& table = effect_table();
@@ -406,7 +407,7 @@ std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Ex
     look(specs);
     if (!table[e].per_recording) continue;
     for (EffectSpec partial : specs) {
-      partial.recordings = likely_recordings(current, experiment, coarse, partial);
+      partial.recordings = likely_recordings(current, coarse, partial);
       if (!partial.recordings.empty()) look({partial});
     }
   }

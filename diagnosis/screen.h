@@ -27,14 +27,13 @@ struct ScreenedEffect {
 };
 
 struct ScreenOptions {
-  SimulatorOptions simulator;                           ///< engine, threads, step
   std::function<bool(const std::string& place)> where;  ///< whether effects are tried there: a joint, "arm"
   std::function<void(double done)> progress = {};
   std::function<bool(const EffectSpec&)> skipped = {};  ///< what is left out besides
 };
 
 /// Every effect of the catalogue at every place where it can act and does not stand yet; the best of its starts.
-std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const Experiment& experiment,
+std::vector<ScreenedEffect> screen_effects(const CurrentModel& current, const FitContext& context,
                                            const ScreenOptions& options);
 
 }  // namespace lacuna

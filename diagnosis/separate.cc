@@ -50,12 +50,12 @@ std::vector<int> all_of(const Experiment& experiment) {
 
 class SeparatingMotions {
  public:
-  SeparatingMotions(const CurrentModel& found, const Experiment& experiment, const SimulatorOptions& options)
+  SeparatingMotions(const CurrentModel& found, const FitContext& context)
       : found_(found),
-        experiment_(experiment),
-        options_(options),
-        limits_(recorded_limits(found.model.robot(), experiment)) {
-    const Segment& first = experiment.segments[static_cast<std::size_t>(experiment.with_role(Role::train).front())];
+        experiment_(context.experiment),
+        options_(context.simulator),
+        limits_(recorded_limits(found.model.robot(), experiment_)) {
+    const Segment& first = experiment_.segments[static_cast<std::size_t>(experiment_.with_role(Role::train).front())];
     own_commands_ = *first.commands;
     seconds_ = std::min(kLongest, own_commands_.time.back());
   }
@@ -172,22 +172,21 @@ Eigen::VectorXd row_factors(const CurrentModel& model, const Experiment& experim
 
 /// Log-likelihood to be expected against the rival from each motion, after it has been re-identified on that motion and
 /// the train recordings together.
-std::vector<double> evidence_against(const CurrentModel& rival, const Experiment& experiment, const Experiment& motions,
-                                     const SimulatorOptions& options) {
-  Problem old(rival.model, experiment, rival.space, options, rival.weights);
-  const std::vector<int> train = experiment.with_role(Role::train);
-  const Eigen::VectorXd known = row_factors(rival, experiment, old.layout(train), rival.fit.residual.size());
+std::vector<double> evidence_against(const CurrentModel& rival, const FitContext& context, const Experiment& motions) {
+  Problem old = problem_of(rival, context);
+  const std::vector<int> train = context.experiment.with_role(Role::train);
+  const Eigen::VectorXd known = row_factors(rival, context.experiment, old.layout(train), rival.fit.residual.size());
   const Eigen::MatrixXd before = known.asDiagonal() * rival.fit.jacobian;
   Eigen::MatrixXd information = before.transpose() * before;
   const Eigen::VectorXd deviation = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   information = deviation.asDiagonal() * information * deviation.asDiagonal();
   information.diagonal().array() += 1e-9;
 
-  Problem next(rival.model, motions, rival.space, options, rival.weights);
+  Problem next = problem_of(rival, context.on(motions));
   const std::vector<int> all = all_of(motions);
   const Eigen::VectorXd plain = next.residual(rival.fit.point, all);
   const std::vector<ResidualBlock> blocks = next.layout(all);
-  const Eigen::VectorXd factors = row_factors(rival, experiment, blocks, plain.size());
+  const Eigen::VectorXd factors = row_factors(rival, context.experiment, blocks, plain.size());
   const Eigen::VectorXd missed = factors.cwiseProduct(plain);
   const Eigen::MatrixXd moves =
       factors.asDiagonal() * next.jacobian(rival.fit.point, plain, all) * deviation.asDiagonal();
@@ -216,11 +215,10 @@ struct Contest {
   std::vector<CurrentModel> models;
 
   /// For each segment of `motions` the evidence against its hardest rival, and which that is.
-  std::vector<std::pair<double, std::size_t>> hardest(const Experiment& experiment, const Experiment& motions,
-                                                      const SimulatorOptions& options) const {
+  std::vector<std::pair<double, std::size_t>> hardest(const FitContext& context, const Experiment& motions) const {
     std::vector<std::pair<double, std::size_t>> out(motions.segments.size(), {HUGE_VAL, 0});
     for (std::size_t r = 0; r < models.size(); ++r) {
-      const std::vector<double> against = evidence_against(models[r], experiment, motions, options);
+      const std::vector<double> against = evidence_against(models[r], context, motions);
       for (std::size_t s = 0; s < out.size(); ++s) out[s] = std::min(out[s], {against[s], r});
     }
     return out;
@@ -229,8 +227,7 @@ struct Contest {
 
 /// The motion whose hardest rival is easiest, by a small evolution of drawn ones.
 std::optional<Separation> best_motion(const SeparatingMotions& designer, const Contest& contest,
-                                      const Experiment& experiment, const SimulatorOptions& options,
-                                      std::uint64_t seed) {
+                                      const FitContext& context, std::uint64_t seed) {
   std::vector<Course> all;
   for (int generation = 0; generation < kDesignGenerations; ++generation) {
     std::vector<Course> next = generation == 0 ? designer.drawn(seed) : designer.children(all, seed, generation);
@@ -239,13 +236,13 @@ std::optional<Separation> best_motion(const SeparatingMotions& designer, const C
     if (!next.empty()) {
       std::vector<CommandTrack> tracks;
       for (const Course& course : next) tracks.push_back(course.commands);
-      const auto worth = contest.hardest(experiment, designer.recorded(tracks), options);
+      const auto worth = contest.hardest(context, designer.recorded(tracks));
       for (std::size_t k = 0; k < next.size(); ++k) std::tie(next[k].evidence, next[k].hardest) = worth[k];
     }
     std::move(next.begin(), next.end(), std::back_inserter(all));
     std::stable_sort(all.begin(), all.end(), [](const Course& a, const Course& b) { return a.evidence > b.evidence; });
   }
-  const double repeat = contest.hardest(experiment, designer.recorded({designer.own_commands()}), options)[0].first;
+  const double repeat = contest.hardest(context, designer.recorded({designer.own_commands()}))[0].first;
   if (all.empty()) return std::nullopt;
   return Separation{all.front().commands, contest.names[all.front().hardest], all.front().evidence, repeat};
 }
@@ -253,12 +250,11 @@ std::optional<Separation> best_motion(const SeparatingMotions& designer, const C
 }  // namespace
 
 void separate(std::vector<Finding>& findings, const CurrentModel& plain, const CurrentModel& current,
-              const Experiment& experiment, const SimulatorOptions& options, const RunControl& control,
-              std::uint64_t seed) {
+              const FitContext& context, std::uint64_t seed) {
   const bool merged =
       std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.members.size() > 1; });
-  if (!merged || std::holds_alternative<InverseDynamics>(experiment.prediction)) return;
-  const SeparatingMotions designer(current, experiment, options);
+  if (!merged || std::holds_alternative<InverseDynamics>(context.experiment.prediction)) return;
+  const SeparatingMotions designer(current, context);
   if (!designer.anything_driven()) return;
   for (std::size_t k = 0; k < findings.size(); ++k) {
     Contest contest;
@@ -266,12 +262,12 @@ void separate(std::vector<Finding>& findings, const CurrentModel& plain, const C
       const auto& members = findings[k].members;
       if (rival.place != findings[k].place || std::find(members.begin(), members.end(), rival.effect) == members.end())
         continue;
-      auto model = exchanged(k, rival, plain, current, findings, experiment, options, control);
+      auto model = exchanged(k, rival, plain, current, findings, context);
       if (!model) continue;
       contest.names.push_back(rival.effect);
       contest.models.push_back(std::move(*model));
     }
-    if (!contest.names.empty()) findings[k].separation = best_motion(designer, contest, experiment, options, seed + k);
+    if (!contest.names.empty()) findings[k].separation = best_motion(designer, contest, context, seed + k);
   }
 }
 

@@ -15,7 +15,6 @@ namespace lacuna {
 /// One Separation for every finding whose class has more than one member, put into it. `plain` is the model without
 /// findings, `current` the one with all of them. Findings on inverse dynamics, or where nothing is commanded, get none.
 void separate(std::vector<Finding>& findings, const CurrentModel& plain, const CurrentModel& current,
-              const Experiment& experiment, const SimulatorOptions& options, const RunControl& control,
-              std::uint64_t seed);
+              const FitContext& context, std::uint64_t seed);
 
 }  // namespace lacuna

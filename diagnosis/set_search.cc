@@ -40,11 +40,11 @@ constexpr int kSetDraws = 60;              ///< of block resamples
 class SetSearch {
  public:
   SetSearch(const CurrentModel& plain, const CurrentModel& current, const std::vector<Finding>& findings,
-            const Experiment& experiment, const SetSearchOptions& options)
-      : experiment_(experiment),
-        looked_at_in_(thinned(experiment, kLookedAt)),
+            const FitContext& context, const SetSearchOptions& options)
+      : experiment_(context.experiment),
+        looked_at_in_(thinned(experiment_, kLookedAt)),
         options_(options),
-        sets_(plain, experiment, options.simulator, options.control),
+        sets_(plain, context),
         standing_{{}, current} {
     for (const Finding& f : findings) {
       standing_.effects.push_back({f.effect, f.place, f.fixed, f.recordings, f.effect});
@@ -77,8 +77,8 @@ class SetSearch {
     };
     if (std::none_of(standing_.effects.begin(), standing_.effects.end(), is_new)) return std::nullopt;
     const double step = needed_step();
-    const bool finer = step < sets_.simulator().max_step;
-    const bool matters = finer && step_matters(standing_.model, experiment_, sets_.simulator(), step);
+    const bool finer = step < sets_.context().simulator.max_step;
+    const bool matters = finer && step_matters(standing_.model, sets_.context(), step);
     if (matters) set_step(step);
     sets_.settle(standing_);
     sets_.fit(standing_.model, kRefitIterations);
@@ -88,12 +88,12 @@ class SetSearch {
       sets_.fit(standing_.model, kFinerIterations);
     }
     return SetSearchResult{standing_.model, std::move(findings), std::move(rounds_), std::move(notes_),
-                           sets_.simulator()};
+                           sets_.context().simulator.max_step};
   }
 
  private:
   void progress(double done) const {
-    if (options_.control.stop != nullptr && *options_.control.stop) throw Interrupted();
+    if (const auto* stop = sets_.context().control.stop; stop != nullptr && *stop) throw Interrupted();
     if (options_.progress) options_.progress(done);
   }
   static bool holds(const Hypothesis& set, const EffectSpec& member) {
@@ -151,9 +151,9 @@ class SetSearch {
   /// The best start of each.
   std::vector<FreeNumber> numbers_worth_a_fit() const {
     const CurrentModel& now = standing_.model;
-    std::vector<FreeNumber> starts = numbers_to_free(standing_, looked_at_in_, sets_.simulator());
+    std::vector<FreeNumber> starts = numbers_to_free(standing_, first_looks());
     if (starts.empty()) return starts;
-    Problem problem(now.model, looked_at_in_, now.space, sets_.simulator(), now.weights);
+    Problem problem = problem_of(now, first_looks());
     const std::vector<int> train = looked_at_in_.with_role(Role::train);
     const std::vector<ResidualBlock> blocks = problem.layout(train);
     const std::vector<double> rest = energies(problem.residual(now.fit.point, train), blocks);
@@ -266,14 +266,14 @@ class SetSearch {
   /// [place]: what is worth a fit. A rest may be slow: then few independent samples are in it, and what took most of it
   /// away would seem to gain little. So a share of it is enough, too, of what one joint is left with.
   std::map<std::string, std::vector<Move>> look() {
-    ScreenOptions how{sets_.simulator(), [](const std::string&) { return true; }};
+    ScreenOptions how{[](const std::string&) { return true; }};
     how.skipped = [&](const EffectSpec& spec) {
       return hopeless_.count(place_of(spec)) > 0 || (options_.skipped && options_.skipped(spec));
     };
     const bool whole = looked_at_in_.segments.size() == experiment_.segments.size();
-    const CurrentModel of = whole ? standing_.model : seen_in(standing_.model, looked_at_in_, sets_.simulator());
+    const CurrentModel of = whole ? standing_.model : seen_in(standing_.model, first_looks());
     const std::vector<int> train = looked_at_in_.with_role(Role::train);
-    const auto blocks = Problem(of.model, looked_at_in_, of.space, sets_.simulator(), of.weights).layout(train);
+    const auto blocks = problem_of(of, first_looks()).layout(train);
     const double share =
         static_cast<double>(of.fit.residual.size()) / static_cast<double>(standing_.model.fit.residual.size());
     const double now = of.fit.residual.squaredNorm();
@@ -281,7 +281,7 @@ class SetSearch {
     std::map<std::string, std::vector<Move>> out;
     std::set<NamedPlace> seen, worth;
     looked_at_.clear();
-    for (ScreenedEffect& s : screen_effects(of, looked_at_in_, how)) {
+    for (ScreenedEffect& s : screen_effects(of, first_looks(), how)) {
       const double gain = 0.5 * now / share * std::log(now / std::max(s.sum_of_squares, 1e-300));
       const bool worth_it =
           gain > kWorthPutting || largest_share(rest, energies(s.residual, blocks)) > kLeastShareOfRest;
@@ -297,6 +297,8 @@ class SetSearch {
     for (auto& [place, moves] : looked_at_) sort_by_gain(moves);
     return out;
   }
+  /// Ranks only: what is then fitted is fitted to all.
+  FitContext first_looks() const { return sets_.context().on(looked_at_in_); }
   /// [channel]: energy of a residual.
   std::vector<double> energies(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) const {
     std::vector<double> out(experiment_.channels.size(), 0.0);
@@ -381,13 +383,13 @@ class SetSearch {
   std::vector<double> excess(const Hypothesis& of, const Hypothesis& by) const {
     std::vector<int> on = sets_.train();
     on.insert(on.end(), sets_.validate().begin(), sets_.validate().end());
-    Problem problem(of.model.model, experiment_, of.model.space, sets_.simulator(), by.model.weights);
+    Problem problem = problem_of(of.model, sets_.context(), by.model.weights);
     const Eigen::VectorXd r = problem.residual(of.model.fit.point, on);
-    const std::vector<double> noise = noise_levels(experiment_);
+    const std::vector<double> noise = noise_over_weight(experiment_, by.model.weights);
     std::vector<double> out(experiment_.joint_names.size(), 0.0);
     for (const ResidualBlock& b : problem.layout(on)) {
       const auto c = static_cast<std::size_t>(b.channel);
-      const double floor = noise[c] > 0.0 ? std::pow(noise[c] / by.model.weights[c], 2) : 0.0;
+      const double floor = noise[c] > 0.0 ? std::pow(noise[c], 2) : 0.0;
       out[static_cast<std::size_t>(experiment_.channels[c].joint)] +=
           r.segment(b.first, b.count).squaredNorm() - floor * static_cast<double>(b.count);
     }
@@ -469,11 +471,11 @@ class SetSearch {
 
   double needed_step() const {
     const CurrentModel& now = standing_.model;
-    return choose_step(now.model, experiment_, sets_.simulator(), now.space.expand(now.fit.point)).step;
+    return choose_step(now.model, experiment_, sets_.context().simulator, now.space.expand(now.fit.point)).step;
   }
   void set_step(double step) {
     sets_.set_step(step);
-    evaluate_at(standing_.model, std::vector<double>(standing_.model.fit.point), experiment_, sets_.simulator());
+    evaluate_at(standing_.model, std::vector<double>(standing_.model.fit.point), sets_.context());
   }
 
   // ---- what is claimed ----------------------------------------------------------------------------------------------
@@ -530,13 +532,13 @@ class SetSearch {
   }
   /// Of what was put in without a look at others: the best of its place beside all else.
   void look_for_rivals(const EffectSpec& member, const Hypothesis& without) {
-    ScreenOptions how{sets_.simulator(), [&](const std::string& place) { return place == member.place; }};
+    ScreenOptions how{[&](const std::string& place) { return place == member.place; }};
     how.skipped = [&](const EffectSpec& spec) {
       return spec.effect == member.effect || clashes(without.effects, spec) ||
              (options_.skipped && options_.skipped(spec));
     };
     std::vector<Move> moves{{{member, {}, {}, 0.0, {}, 0, 0.0, {}}, HUGE_VAL}};
-    for (ScreenedEffect& s : screen_effects(without.model, experiment_, how)) {
+    for (ScreenedEffect& s : screen_effects(without.model, sets_.context(), how)) {
       if (s.spec.recordings.empty()) moves.push_back({std::move(s), -s.sum_of_squares});
     }
     sort_by_gain(moves);
@@ -595,7 +597,7 @@ class SetSearch {
     weigh(out, sets, around.rivals);
     const HeldoutDifference predicts = sets_.heldout_difference(standing_, *around.without);
     out.heldout_gain = predicts.gain, out.heldout_error = predicts.error, out.heldout_share = predicts.share;
-    describe_evidence(out, around.without->model, standing_.model, experiment_, sets_.simulator());
+    describe_evidence(out, around.without->model, standing_.model, sets_.context());
     return out;
   }
 
@@ -663,18 +665,17 @@ class SetSearch {
 }  // namespace
 
 std::optional<SetSearchResult> search_sets(const CurrentModel& plain, const CurrentModel& current,
-                                           const std::vector<Finding>& findings, const Experiment& experiment,
+                                           const std::vector<Finding>& findings, const FitContext& context,
                                            const SetSearchOptions& options) {
-  return SetSearch(plain, current, findings, experiment, options).run();
+  return SetSearch(plain, current, findings, context, options).run();
 }
 
-bool leaves_a_rest(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
-  std::vector<int> unseen = experiment.with_role(Role::validate);
-  if (unseen.empty()) unseen = experiment.with_role(Role::train);
-  Problem problem(current.model, experiment, current.space, options, current.weights);
+bool leaves_a_rest(const CurrentModel& current, const FitContext& context) {
+  std::vector<int> unseen = context.experiment.with_role(Role::validate);
+  if (unseen.empty()) unseen = context.experiment.with_role(Role::train);
+  Problem problem = problem_of(current, context);
   const Eigen::VectorXd r = problem.residual(current.fit.point, unseen);
-  std::vector<double> noise = noise_levels(experiment);
-  for (std::size_t c = 0; c < noise.size(); ++c) noise[c] /= current.weights[c];
+  const std::vector<double> noise = noise_over_weight(context.experiment, current.weights);
   return !excess_over_noise(r, problem.layout(unseen), noise).empty();
 }
 

@@ -29,12 +29,10 @@ struct SetSearchResult {
   std::vector<Finding> findings;
   std::vector<std::vector<Candidate>> rounds;
   std::vector<std::string> notes;
-  SimulatorOptions simulator;  ///< with the step that the model needs
+  double step = 0.0;  ///< s, that the model needs
 };
 
 struct SetSearchOptions {
-  SimulatorOptions simulator;
-  RunControl control;
   std::uint64_t seed = 1;
   std::function<void(double done)> progress = {};
   std::function<bool(const EffectSpec&)> skipped = {};  ///< what is not put in
@@ -46,10 +44,10 @@ struct SetSearchOptions {
 /// From `current`, whose effects beyond those of `plain` are those of `findings`, in order. Nothing where these stand
 /// as they are, or no validate recording is there to prove anything on.
 std::optional<SetSearchResult> search_sets(const CurrentModel& plain, const CurrentModel& current,
-                                           const std::vector<Finding>& findings, const Experiment& experiment,
+                                           const std::vector<Finding>& findings, const FitContext& context,
                                            const SetSearchOptions& options);
 
 /// Joints whose residual on the recordings that were not fitted is beyond their noise: with that noise, else by colour.
-bool leaves_a_rest(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options);
+bool leaves_a_rest(const CurrentModel& current, const FitContext& context);
 
 }  // namespace lacuna

@@ -15,7 +15,7 @@ std::vector<double> start_of(const Hypotheses& sets, const CurrentModel& standin
   const Component& stands = standing.model.effects()[at];
   const PlantModel model = sets.plain().model.with_effects({simpler});
   std::vector<double> out;
-  for (const Axis& axis : effect_axes(model, sets.experiment(), model.effects().back(), simpler)) {
+  for (const Axis& axis : effect_axes(model, sets.context().experiment, model.effects().back(), simpler)) {
     const std::string& key = model.parameters()[static_cast<std::size_t>(axis.parameter)].key;
     for (int k = stands.first; k < stands.first + stands.count; ++k)
       if (standing.model.parameters()[static_cast<std::size_t>(k)].key == key)

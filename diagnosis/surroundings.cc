@@ -20,12 +20,12 @@ constexpr double kOwnStep = 1e-3;  ///< of a number of an effect, by which its s
 class Looker {
  public:
   Looker(const Hypotheses& sets, const Hypothesis& standing)
-      : sets_(sets), experiment_(sets.experiment()), standing_(standing) {}
+      : sets_(sets), experiment_(sets.context().experiment), standing_(standing) {}
 
   Surroundings look(bool with_rivals) const {
     const CurrentModel& now = standing_.model;
     Surroundings out;
-    Problem problem(now.model, experiment_, now.space, sets_.simulator(), now.weights);
+    Problem problem = problem_of(now, sets_.context());
     out.train_blocks = problem.layout(sets_.train());
     out.validate_blocks = problem.layout(sets_.validate());
     std::vector<std::vector<double>> values{now.space.expand(now.fit.point)};
@@ -81,8 +81,8 @@ class Looker {
         if (p.optional) spec.parameters[p.name] = p.neutral;
       if (info.per_recording) {
         // What every recording carries is the last link's; a load shows by being on in some only.
-        const CoarseLook here{sets_.simulator(), Eigen::VectorXd::Zero(standing_.model.fit.residual.size())};
-        spec.recordings = likely_recordings(standing_.model, experiment_, here, spec);
+        const CoarseLook here{sets_.context(), Eigen::VectorXd::Zero(standing_.model.fit.residual.size())};
+        spec.recordings = likely_recordings(standing_.model, here, spec);
         if (spec.recordings.empty()) continue;
       }
       out.push_back(std::move(spec));
@@ -120,7 +120,7 @@ class Looker {
   /// Optional numbers of the effects that stand, freed at each of several sizes.
   void add_shapes(const std::vector<double>& base, Surroundings& out) const {
     const CurrentModel& now = standing_.model;
-    Problem problem(now.model, experiment_, now.space, sets_.simulator(), now.weights);
+    Problem problem = problem_of(now, sets_.context());
     std::vector<std::vector<double>> values;
     std::vector<Part> parts;
     std::vector<std::pair<Axis, double>> moved;  // axis, step
@@ -175,7 +175,7 @@ class Looker {
       const std::vector<EffectSpec> specs = offered(info);
       if (specs.empty()) continue;
       const PlantModel model = now.model.with_effects(specs);
-      Problem problem(model, experiment_, now.space, sets_.simulator(), now.weights);
+      Problem problem(model, experiment_, now.space, sets_.context().simulator, now.weights);
       const std::size_t first = model.effects().size() - specs.size();
       std::vector<double> whole = model.values();
       std::copy(base.begin(), base.end(), whole.begin());
@@ -212,7 +212,7 @@ class Looker {
                                              const std::vector<Axis>& axes) const {
     if (spec.effect != "gear_ripple") return starting_points(model, experiment_, axes);
     const int joint = *model.robot().find_joint(spec.place);
-    return ripple_starts(standing_.model, experiment_, sets_.simulator(), joint);
+    return ripple_starts(standing_.model, sets_.context(), joint);
   }
 
   /// One start of an effect: its values, and those with each of its strengths moved.

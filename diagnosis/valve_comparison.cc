@@ -7,12 +7,12 @@ namespace lacuna {
 namespace {
 
 /// What the model simulates in place of what was measured; what is missing stays missing.
-Experiment as_simulated(const CurrentModel& current, const Experiment& experiment, const SimulatorOptions& options) {
-  Experiment out = experiment;
-  std::vector<int> all(experiment.segments.size());
+Experiment as_simulated(const CurrentModel& current, const FitContext& context) {
+  Experiment out = context.experiment;
+  std::vector<int> all(context.experiment.segments.size());
   std::iota(all.begin(), all.end(), 0);
   const std::vector<std::vector<double>> one{current.space.expand(current.fit.point)};
-  make_simulator(current.model, experiment, options)
+  make_simulator(current.model, context.experiment, context.simulator)
       ->run(one, all, [&](int, int s, const std::vector<std::vector<double>>& predicted) {
         std::vector<std::vector<double>>& measured = out.segments[static_cast<std::size_t>(s)].measured;
         for (std::size_t c = 0; c < measured.size(); ++c)
@@ -24,12 +24,11 @@ Experiment as_simulated(const CurrentModel& current, const Experiment& experimen
 
 }  // namespace
 
-std::vector<ValveComparison> compare_valves(const CurrentModel& current, const Experiment& experiment,
-                                            const SimulatorOptions& options) {
+std::vector<ValveComparison> compare_valves(const CurrentModel& current, const FitContext& context) {
   std::vector<ValveComparison> out;
-  std::vector<ValveChart> recorded = valve_charts(current.model, experiment);
+  std::vector<ValveChart> recorded = valve_charts(current.model, context.experiment);
   if (recorded.empty()) return out;
-  const Experiment simulated = as_simulated(current, experiment, options);
+  const Experiment simulated = as_simulated(current, context);
   for (ValveChart& chart : recorded) {
     const int joint = chart.joint;
     out.push_back({std::move(chart), valve_chart(simulated, joint, true, true)});

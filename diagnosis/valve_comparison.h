@@ -15,7 +15,6 @@ struct ValveComparison {
 };
 
 /// Of every joint that has a chart.
-std::vector<ValveComparison> compare_valves(const CurrentModel& current, const Experiment& experiment,
-                                            const SimulatorOptions& options);
+std::vector<ValveComparison> compare_valves(const CurrentModel& current, const FitContext& context);
 
 }  // namespace lacuna

@@ -14,7 +14,7 @@ std::vector<std::string> joints_that_grew(const JointRms& before, const JointRms
 /// Fills `engines` (residual before and after on the test recordings, engine by engine, same parameters; what they keep
 /// of the gain with the starts' errors taken off), `worse` (from the fits before and after), `worse_besides_starts`,
 /// `whiteness` and `traces`.
-void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const Experiment& experiment,
-            const SimulatorOptions& options, bool other_engines);
+void verify(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const FitContext& context,
+            bool other_engines);
 
 }  // namespace lacuna

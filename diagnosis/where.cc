@@ -24,10 +24,11 @@ struct Removed {
 };
 
 std::vector<Removed> removed_energy(const std::string& place, const CurrentModel& before, const CurrentModel& after,
-                                    const Experiment& experiment, const SimulatorOptions& options) {
+                                    const FitContext& context) {
+  const Experiment& experiment = context.experiment;
   const std::vector<int> validate = experiment.with_role(Role::validate);
-  Problem a(before.model, experiment, before.space, options, before.weights);
-  Problem b(after.model, experiment, after.space, options, before.weights);
+  Problem a = problem_of(before, context);
+  Problem b = problem_of(after, context, before.weights);
   const Eigen::VectorXd r0 = a.residual(before.fit.point, validate), r1 = b.residual(after.fit.point, validate);
   const auto& names = experiment.joint_names;
   const bool at_joint = std::find(names.begin(), names.end(), place) != names.end();
@@ -107,11 +108,11 @@ std::vector<std::string> telling_regions(const std::string& place, const std::ve
 }  // namespace
 
 void describe_evidence(Finding& finding, const CurrentModel& before, const CurrentModel& after,
-                       const Experiment& experiment, const SimulatorOptions& options) {
-  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return;
-  const std::vector<Removed> removed = removed_energy(finding.place, before, after, experiment, options);
+                       const FitContext& context) {
+  if (std::holds_alternative<InverseDynamics>(context.experiment.prediction)) return;
+  const std::vector<Removed> removed = removed_energy(finding.place, before, after, context);
   finding.times = best_seconds(removed);
-  finding.regions = telling_regions(finding.place, removed, experiment);
+  finding.regions = telling_regions(finding.place, removed, context.experiment);
 }
 
 }  // namespace lacuna

@@ -9,6 +9,6 @@ namespace lacuna {
 /// finding.regions (those in which it removes a larger share than they are long, at most three, most telling first).
 /// Nothing where the prediction is inverse dynamics or there is no validate recording.
 void describe_evidence(Finding& finding, const CurrentModel& before, const CurrentModel& after,
-                       const Experiment& experiment, const SimulatorOptions& options);
+                       const FitContext& context);
 
 }  // namespace lacuna

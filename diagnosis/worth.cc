@@ -7,11 +7,11 @@ double Worth::chance(int tries) const {
                  : lacuna::chance(train.log_likelihood, parameters, tries);
 }
 
-Worth worth_over(const CurrentModel& with, const CurrentModel& without, const Experiment& experiment,
-                 const SimulatorOptions& options) {
-  const std::vector<int> train = experiment.with_role(Role::train), validate = experiment.with_role(Role::validate);
-  Problem more(with.model, experiment, with.space, options, with.weights);
-  Problem less(without.model, experiment, without.space, options, with.weights);
+Worth worth_over(const CurrentModel& with, const CurrentModel& without, const FitContext& context) {
+  const std::vector<int> train = context.experiment.with_role(Role::train),
+                         validate = context.experiment.with_role(Role::validate);
+  Problem more = problem_of(with, context);
+  Problem less = problem_of(without, context, with.weights);
   Worth out;
   out.parameters = static_cast<int>(with.space.size() - without.space.size());
   out.train = residual_gain(without.fit.residual, more.residual(with.fit.point, train), more.layout(train));

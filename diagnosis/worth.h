@@ -19,7 +19,6 @@ struct Worth {
 };
 
 /// Residuals of both in the weights of `with`. `without`: fitted with those weights, its Jacobian known.
-Worth worth_over(const CurrentModel& with, const CurrentModel& without, const Experiment& experiment,
-                 const SimulatorOptions& options);
+Worth worth_over(const CurrentModel& with, const CurrentModel& without, const FitContext& context);
 
 }  // namespace lacuna

@@ -300,7 +300,7 @@ std::vector<SharedNumber> shared_numbers(const Structure& s, const Searched& fou
 
 std::vector<DiffFit> fits_of(const Side& side, const std::vector<double>& a, const std::vector<double>& b,
                              const std::vector<double>& joint) {
-  Problem problem(side.model.model, side.experiment, side.model.space, side.simulator, side.model.weights);
+  Problem problem = problem_of(side.model, side.context());
   std::vector<DiffFit> out;
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     if (side.experiment.with_role(role).empty()) continue;

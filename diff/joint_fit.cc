@@ -19,9 +19,7 @@ constexpr double kLeastJointDamping = 1e-9, kMostJointDamping = 1e6;
 class SideAt {
  public:
   SideAt(const Side& side, const std::vector<double>& point)
-      : side_(side),
-        train_(side.experiment.with_role(Role::train)),
-        problem_(side.model.model, side.experiment, side.model.space, side.simulator, side.model.weights) {
+      : side_(side), train_(side.experiment.with_role(Role::train)), problem_(problem_of(side.model, side.context())) {
     move(point);
   }
   void move(const std::vector<double>& point) { point_ = point, residual_ = problem_.residual(point, train_); }

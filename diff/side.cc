@@ -55,13 +55,13 @@ Eigen::VectorXd in_priors(const Side& side, const std::vector<double>& point) {
 Eigen::VectorXd rows_at(const Side& side, const std::vector<double>& point, Role role) {
   const std::vector<int> segments = side.experiment.with_role(role);
   if (segments.empty()) return {};
-  Problem problem(side.model.model, side.experiment, side.model.space, side.simulator, side.model.weights);
+  Problem problem = problem_of(side.model, side.context());
   return problem.residual(point, segments);
 }
 
 Quadratic information_about(const Side& side, const std::vector<double>& point, const Eigen::VectorXd& residual,
                             const Eigen::MatrixXd& jacobian) {
-  const Problem problem(side.model.model, side.experiment, side.model.space, side.simulator, side.model.weights);
+  const Problem problem = problem_of(side.model, side.context());
   const auto blocks = problem.layout(side.experiment.with_role(Role::train));
   const Eigen::MatrixXd J = jacobian * prior_sizes(side.axes()).asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(J.transpose() * J);
@@ -91,7 +91,7 @@ Quadratic information_about(const Side& side, const std::vector<double>& point, 
 
 Quadratic information_at(const Side& side, const std::vector<double>& point) {
   const std::vector<int> train = side.experiment.with_role(Role::train);
-  Problem problem(side.model.model, side.experiment, side.model.space, side.simulator, side.model.weights);
+  Problem problem = problem_of(side.model, side.context());
   const Eigen::VectorXd residual = problem.residual(point, train);
   return information_about(side, point, residual, problem.jacobian(point, residual, train));
 }

@@ -29,6 +29,7 @@ struct Side {
   std::vector<std::pair<std::size_t, double>> pins;  ///< axes that are known on this side, and their search coordinate
 
   const std::vector<Axis>& axes() const { return model.space.axes(); }
+  FitContext context() const { return {experiment, simulator}; }
 };
 
 /// Residual rows of one role at a point, in the side's weights.

@@ -178,16 +178,17 @@ std::vector<Changeable> plain_changeables(const Side& side) {
 /// Simulates one side at the longest steps that do not matter beside what its own diagnosis leaves.
 void choose_coarse_step(Side& side, const std::vector<double>& own) {
   CurrentModel model = side.model;
-  evaluate_at(model, own, side.experiment, side.simulator);
-  change_weights(model, side.experiment, side.simulator, weights_from(model, side.experiment, side.simulator));
-  side.simulator = coarse_enough(model, side.experiment, side.simulator);
+  const FitContext context = side.context();
+  evaluate_at(model, own, context);
+  change_weights(model, context, weights_from(model, context));
+  side.simulator.max_step = coarse_enough(model, context);
 }
 
 /// Fits one side from each of the starts; the fit that leaves least stays.
 void fit_side(Side& side, const std::vector<std::vector<double>>& starts, const RunControl& control,
               const std::string& name) {
   const CurrentModel before = side.model;
-  const Hypotheses fits(before, side.experiment, side.simulator, control);
+  const Hypotheses fits(before, {side.experiment, side.simulator, control});
   std::optional<CurrentModel> best;
   const auto left = [](const CurrentModel& m) {
     double out = 0.0;

@@ -50,6 +50,13 @@ void validate_points(const std::string& option, std::span<const std::vector<doub
   }
 }
 
+RunControl RunControl::quiet() const {
+  RunControl out = *this;
+  out.progress = nullptr;
+  out.checkpoint.clear();
+  return out;
+}
+
 double diversity(std::span<const std::vector<double>> points, const Box& box) {
   if (points.empty()) return 0.0;
   const double count = static_cast<double>(points.size());

@@ -42,6 +42,9 @@ struct RunControl {
   bool writes = true;                             ///< false: another process (rank) writes the checkpoint
   std::string problem;                            ///< fingerprint of what the cost means (scenario, data, engine):
                                                   ///< a checkpoint with another one is refused
+
+  /// For what is fitted within a search: neither told of nor kept.
+  RunControl quiet() const;
 };
 
 /// One generation, after its evaluation. Median and mean are over the individuals that did not fail.

@@ -50,12 +50,12 @@ std::vector<NumberByRecording> seen_in(const Scenario& scenario, const std::vect
   options.optimizer = Optimizer::lsq;
   FitResult fit;
   const CurrentModel plain = identify_plain(model, experiment, space, options, fit);
-  const SimulatorOptions simulator = on("featherstone", 0.005);
+  const FitContext context{experiment, on("featherstone", 0.005)};
   CurrentModel current = plain;
   for (const std::string& joint : joints)
     current = extended(current, experiment, {effect, joint, {}, {}, "test"}, current.fit.point, {start});
-  EXPECT_TRUE(refit(current, experiment, simulator, {}));
-  return numbers_by_recording(current, experiment, simulator, joints);
+  EXPECT_TRUE(refit(current, context));
+  return numbers_by_recording(current, context, joints);
 }
 
 TEST(BetweenRecordings, OffsetsThatDifferAreSeenInTheirSize) {

@@ -90,7 +90,7 @@ std::vector<JointChain> chains(Scenario model, const Scenario& truth) {
   add_recording(model, recorded(truth, "test.csv", 4), Role::test);
   const PlantModel plant(model);
   const CurrentModel current{plant, SearchSpace(plant, model), {}, {}};
-  return joint_chains(current, current, model, make_experiment(model), on("featherstone", 0.002), 1);
+  return joint_chains(current, current, model, {make_experiment(model), on("featherstone", 0.002)}, 1);
 }
 /// The hydraulic model's chains on recordings in which `concealed` was added to it.
 std::vector<JointChain> with(const std::vector<EffectSpec>& concealed,
@@ -183,7 +183,7 @@ TEST(Chain, NeedsBothPressuresOfAJointAndSamplesThatShowItsMotion) {
   const PlantModel plant(slow);
   const CurrentModel current{plant, SearchSpace(plant, slow), {}, {}};
   for (const JointChain& chain :
-       joint_chains(current, current, slow, make_experiment(slow), on("featherstone", 0.002), 1))
+       joint_chains(current, current, slow, {make_experiment(slow), on("featherstone", 0.002)}, 1))
     for (const PartFit& part : chain.parts) EXPECT_NE(part.why_not, "") << to_string(part.part);
 }
 
@@ -194,7 +194,7 @@ TEST(Chain, IsNotJudgedWherePositionsArePredictedFromPressuresOrNotAtAll) {
   model.pressure_driven = true;
   const PlantModel plant(model);
   const CurrentModel current{plant, SearchSpace(plant, model), {}, {}};
-  EXPECT_TRUE(joint_chains(current, current, model, make_experiment(model), on("featherstone", 0.002), 1).empty());
+  EXPECT_TRUE(joint_chains(current, current, model, {make_experiment(model), on("featherstone", 0.002)}, 1).empty());
 }
 
 }  // namespace

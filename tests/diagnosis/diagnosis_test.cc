@@ -197,7 +197,7 @@ CurrentModel found(const CurrentModel& plain, const Experiment& experiment, cons
     const EffectSpec spec{findings[k].effect, findings[k].place, findings[k].fixed, {}, "test"};
     out = extended(out, experiment, spec, out.fit.point, own[k]);
   }
-  refine(out, experiment, on("featherstone", 0.005), {}, 25);
+  refine(out, {experiment, on("featherstone", 0.005)}, 25);
   return out;
 }
 

@@ -66,18 +66,15 @@ struct Concealed {
     options.step = step;
     current = identify_plain(model, experiment, space, options, fit);
   }
-  Judge judge() const {
-    DecideOptions options;
-    options.simulator = at;
-    return {*current, experiment, options, 1};
-  }
+  FitContext context() const { return {experiment, at}; }
+  Judge judge() const { return {*current, context(), 1}; }
   std::vector<ScreenedEffect> screened() const {
-    return screen_effects(*current, experiment, {at, [](const std::string&) { return true; }});
+    return screen_effects(*current, context(), {[](const std::string&) { return true; }});
   }
   /// The plain model with an effect beside it, fitted.
   CurrentModel with(const std::string& name, double start) const {
     CurrentModel out = extended(*current, experiment, {name, "swing", {}, {}, "test"}, current->fit.point, {start});
-    EXPECT_TRUE(refit(out, experiment, at, {}));
+    EXPECT_TRUE(refit(out, context()));
     return out;
   }
 
@@ -92,9 +89,9 @@ struct Concealed {
 
 TEST(CoarseLook, LeavesThePresentModelsResidualAsItIs) {
   const Concealed c(0.005);
-  const CoarseLook look = coarse_look(*c.current, c.experiment, c.at);
-  EXPECT_EQ(look.simulator.max_step, 0.020) << "four times; also the sampling period";
-  Problem problem(c.model, c.experiment, c.space, look.simulator, c.current->weights);
+  const CoarseLook look = coarse_look(*c.current, c.context());
+  EXPECT_EQ(look.context.simulator.max_step, 0.020) << "four times; also the sampling period";
+  Problem problem(c.model, c.experiment, c.space, look.context.simulator, c.current->weights);
   const std::vector<std::vector<double>> present{c.space.expand(c.current->fit.point)};
   const Eigen::VectorXd same = look.residuals_of(problem, present, c.train).front();
   EXPECT_LT((same - c.current->fit.residual).norm(), 1e-12 * same.norm());
@@ -102,13 +99,13 @@ TEST(CoarseLook, LeavesThePresentModelsResidualAsItIs) {
 
 TEST(CoarseLook, ShowsWhatAnEffectChangesAsTheOwnStepDoes) {
   const Concealed c(0.005);
-  const CoarseLook look = coarse_look(*c.current, c.experiment, c.at);
+  const CoarseLook look = coarse_look(*c.current, c.context());
   const PlantModel with = c.model.with_effects({effect("valve_deadband", "swing", {})});
   std::vector<double> values = c.space.expand(c.current->fit.point);
   values.push_back(0.1);
   const std::vector<std::vector<double>> one{values};
   Problem fine(with, c.experiment, c.space, c.at, c.current->weights);
-  Problem coarse(with, c.experiment, c.space, look.simulator, c.current->weights);
+  Problem coarse(with, c.experiment, c.space, look.context.simulator, c.current->weights);
   const Eigen::VectorXd own = fine.residuals_of(one, c.train).front();
   const Eigen::VectorXd seen = look.residuals_of(coarse, one, c.train).front();
   EXPECT_LT((seen - own).norm(), 0.05 * (own - c.current->fit.residual).norm());
@@ -116,25 +113,23 @@ TEST(CoarseLook, ShowsWhatAnEffectChangesAsTheOwnStepDoes) {
 
 TEST(CoarseLook, KeepsTheOwnStepWhereAnythingLongerIsNone) {
   const Concealed c(0.020);
-  const CoarseLook look = coarse_look(*c.current, c.experiment, c.at);
-  EXPECT_EQ(look.simulator.max_step, 0.020);
+  const CoarseLook look = coarse_look(*c.current, c.context());
+  EXPECT_EQ(look.context.simulator.max_step, 0.020);
   EXPECT_EQ(look.correction.squaredNorm(), 0.0);
 }
 
 TEST(CoarseLook, AStepMattersByWhatItChangesOfTheRest) {
   const Concealed c(0.0025);
   for (const double step : {0.005, 0.010, 0.020}) {
-    SimulatorOptions longer = c.at;
-    longer.max_step = step;
-    Problem problem(c.model, c.experiment, c.space, longer, c.current->weights);
+    Problem problem = problem_of(*c.current, c.context().with_step(step));
     const Eigen::VectorXd& rest = c.current->fit.residual;
     const double change = (problem.residual(c.current->fit.point, c.train) - rest).squaredNorm() / rest.squaredNorm();
-    EXPECT_EQ(step_matters(*c.current, c.experiment, c.at, step), change > 0.01) << step << ": " << change;
+    EXPECT_EQ(step_matters(*c.current, c.context(), step), change > 0.01) << step << ": " << change;
   }
-  const double chosen = coarse_enough(*c.current, c.experiment, c.at).max_step;
+  const double chosen = coarse_enough(*c.current, c.context());
   EXPECT_GE(chosen, c.at.max_step);
-  EXPECT_FALSE(chosen > c.at.max_step && step_matters(*c.current, c.experiment, c.at, chosen));
-  EXPECT_TRUE(2.0 * chosen > c.experiment.sample_period || step_matters(*c.current, c.experiment, c.at, 2.0 * chosen));
+  EXPECT_FALSE(chosen > c.at.max_step && step_matters(*c.current, c.context(), chosen));
+  EXPECT_TRUE(2.0 * chosen > c.experiment.sample_period || step_matters(*c.current, c.context(), 2.0 * chosen));
 }
 
 TEST(Judge, SaysOfEveryCandidateWhyNotInNumbers) {
@@ -240,7 +235,7 @@ TEST(Judge, ACandidateThatIsReidentifiedLateIsRankedByWhatItIsWorthThen) {
 TEST(Worth, OfAPartThatIsThereAndOfOneThatIsNot) {
   const Concealed c(0.005);
   const CurrentModel right = c.with("valve_deadband", 0.3);
-  const Worth worth = worth_over(right, *c.current, c.experiment, c.at);
+  const Worth worth = worth_over(right, *c.current, c.context());
   EXPECT_EQ(worth.parameters, 1);
   ASSERT_TRUE(worth.heldout);
   EXPECT_GT(worth.heldout->share, 0.9);
@@ -250,8 +245,8 @@ TEST(Worth, OfAPartThatIsThereAndOfOneThatIsNot) {
   // Beside the deadband nothing else is needed.
   CurrentModel more =
       extended(right, c.experiment, {"quadratic_damping", "swing", {}, {}, "test"}, right.fit.point, {0.01});
-  ASSERT_TRUE(refit(more, c.experiment, c.at, {}));
-  const Worth nothing = worth_over(more, right, c.experiment, c.at);
+  ASSERT_TRUE(refit(more, c.context()));
+  const Worth nothing = worth_over(more, right, c.context());
   EXPECT_EQ(nothing.parameters, 1);
   EXPECT_GT(nothing.chance(1), kChance);
   EXPECT_EQ(nothing.chance(1000), 1.0);

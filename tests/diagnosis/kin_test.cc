@@ -45,19 +45,19 @@ TEST(Kin, OfASpringIsAGapThatBeginsWithItsStiffnessAndInertia) {
   options.step = 0.005;
   FitResult fit;
   const CurrentModel plain = identify_plain(model, experiment, space, options, fit);
-  const SimulatorOptions simulator = on("featherstone", 0.005);
+  const FitContext context{experiment, on("featherstone", 0.005)};
 
   ScreenedEffect spring;
   spring.spec = {"joint_compliance", "swing", {{"c", 0.0}}, {}, "test"};
   spring.point = plain.fit.point;
   spring.own = {1.0 / kContact, std::log(kSide)};
   CurrentModel sprung = extended(plain, experiment, spring.spec, spring.point, spring.own);
-  ASSERT_TRUE(refit(sprung, experiment, simulator, {}));
+  ASSERT_TRUE(refit(sprung, context));
   spring.point.assign(sprung.fit.point.begin(), sprung.fit.point.begin() + static_cast<std::ptrdiff_t>(space.size()));
   spring.own.assign(sprung.fit.point.begin() + static_cast<std::ptrdiff_t>(space.size()), sprung.fit.point.end());
 
   const EffectInfo& gap = effect_table()[static_cast<std::size_t>(find_effect("backlash"))];
-  const std::vector<ScreenedEffect> starts = kin_starts(gap, spring, sprung, plain, experiment, simulator);
+  const std::vector<ScreenedEffect> starts = kin_starts(gap, spring, sprung, plain, context);
   ASSERT_EQ(starts.size(), 1u) << "the spring has no damper of its own";
   ASSERT_EQ(starts[0].own.size(), 3u);
   EXPECT_EQ(starts[0].spec.parameters, (std::map<std::string, double>{{"c", 0.0}}));
@@ -67,7 +67,7 @@ TEST(Kin, OfASpringIsAGapThatBeginsWithItsStiffnessAndInertia) {
 
   // From there to the gap that is there.
   CurrentModel open = extended(plain, experiment, starts[0].spec, starts[0].point, starts[0].own);
-  ASSERT_TRUE(refit(open, experiment, simulator, {}));
+  ASSERT_TRUE(refit(open, context));
   const double noise = kTransducer / plain.weights[0];  // rms, whitened
   EXPECT_LT(open.fit.sum_of_squares, 1.2 * noise * noise * static_cast<double>(open.fit.residual.size()));
   EXPECT_GT(sprung.fit.sum_of_squares, 2.0 * open.fit.sum_of_squares);

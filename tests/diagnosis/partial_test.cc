@@ -33,7 +33,7 @@ struct Carrying {
     const CurrentModel plain{model, SearchSpace(model, scenario), {1.0}, {}};
     const CurrentModel with =
         extended(plain, experiment, {"payload", "arm", {{"x", 0.0}, {"y", 0.0}, {"z", 0.0}}, {}, "test"}, {}, {kLoad});
-    return recordings_with_effect(with, experiment, on("featherstone", 0.005), {Role::validate});
+    return recordings_with_effect(with, {experiment, on("featherstone", 0.005)}, {Role::validate});
   }
   Scenario scenario;
 };

@@ -34,9 +34,9 @@ std::vector<Scenario> parts_at_start(const Scenario& scenario) {
   const PlantModel model(scenario);
   CurrentModel plain{model, SearchSpace(model, scenario), {}, {}};
   plain.weights.assign(experiment.channels.size(), kPartReading);
-  const SimulatorOptions at = on("featherstone", 0.005);
-  evaluate_at(plain, plain.space.start(), experiment, at);
-  return parts_of(scenario, experiment, plain, at);
+  const FitContext context{experiment, on("featherstone", 0.005)};
+  evaluate_at(plain, plain.space.start(), context);
+  return parts_of(scenario, plain, context);
 }
 
 TEST(Parts, AreBranchesOfATreeWhoseBaseStandsStill) {
@@ -89,7 +89,7 @@ TEST(Parts, PutTogetherPredictWhatEachDid) {
   const Scenario scenario = identified({});
   const Experiment whole_experiment = make_experiment(scenario);
   const PlantModel model(scenario);
-  const SimulatorOptions at = on("featherstone", 0.005);
+  const FitContext context{whole_experiment, on("featherstone", 0.005)};
   CurrentModel whole{model, SearchSpace(model, scenario), {kPartReading, kPartReading}, {}};
   whole.fit.point = whole.space.start();
   std::vector<Experiment> experiments;
@@ -104,17 +104,16 @@ TEST(Parts, PutTogetherPredictWhatEachDid) {
     one = extended(one, experiments.back(), friction, one.fit.point, {0.5, 0.05, 0.0});
     one.weights = {part.name == "slide" ? 2.0 * kPartReading : kPartReading};
     const std::vector<int> all{0, 1, 2};
-    residuals.push_back(
-        Problem(one.model, experiments.back(), one.space, at, one.weights).residual(one.fit.point, all));
+    residuals.push_back(problem_of(one, context.on(experiments.back())).residual(one.fit.point, all));
     models.push_back(std::move(one));
   }
-  const CurrentModel together = put_together(whole, whole_experiment, models, experiments, at);
+  const CurrentModel together = put_together(whole, models, experiments, context);
   EXPECT_EQ(together.weights, (std::vector<double>{2.0 * kPartReading, kPartReading}));
   ASSERT_EQ(together.model.effects().size(), 2u);
   EXPECT_EQ(together.model.effects()[1].recordings, std::vector<std::string>{"run_1.csv"});
   EXPECT_EQ(together.space.size(), 6u + 6u) << "what was held stays held";
   EXPECT_EQ(together.fit.jacobian.cols(), 12);
-  Problem problem(together.model, whole_experiment, together.space, at, together.weights);
+  Problem problem = problem_of(together, context);
   const std::vector<int> all{0, 1, 2};
   const Eigen::VectorXd r = problem.residual(together.fit.point, all);
   std::vector<Eigen::Index> row(2, 0);
@@ -256,10 +255,11 @@ TEST(Parts, ASharedPumpTakesThePlaceOfTheLimitsThatJointsSeemToHave) {
     found.back().effect = limit.effect, found.back().place = joint, found.back().fixed = limit.parameters;
     found.back().members = {limit.effect};
   }
-  refine(limited, experiment, options.simulator, {});
-  SetSearchOptions search{options.simulator, {}, 1, {}};
+  const FitContext context{experiment, options.simulator};
+  refine(limited, context);
+  SetSearchOptions search;
   search.skipped = [](const EffectSpec& spec) { return spec.place != "arm"; };
-  const auto out = search_sets(plain, limited, found, experiment, search);
+  const auto out = search_sets(plain, limited, found, context, search);
   ASSERT_TRUE(out);
   ASSERT_EQ(out->findings.size(), 1u);
   EXPECT_EQ(out->findings.front().effect, "shared_supply");

@@ -40,7 +40,7 @@ struct Merged {
     f.members = {"input_delay", "actuator_lag"};
     f.rivals = {{"actuator_lag", "swing", 0.3, {}, {kDelay}}, {"backlash", "swing", 0.1, {}, {}}};
   }
-  void look() { separate(findings, *plain, *current, experiment, on("featherstone", kStep), {}, 5); }
+  void look() { separate(findings, *plain, *current, {experiment, on("featherstone", kStep)}, 5); }
 
   Scenario scenario;
   PlantModel model;
@@ -117,7 +117,7 @@ TEST(Separate, SameSeedSameMotionOnAnyNumberOfThreads) {
   one.look();
   SimulatorOptions threads = on("featherstone", kStep);
   threads.threads = 3;
-  separate(two.findings, *two.plain, *two.current, two.experiment, threads, {}, 5);
+  separate(two.findings, *two.plain, *two.current, {two.experiment, threads}, 5);
   EXPECT_TRUE(same_bits(one.findings[0].separation->commands.value, two.findings[0].separation->commands.value));
   EXPECT_EQ(one.findings[0].separation->evidence, two.findings[0].separation->evidence);
 }

@@ -37,6 +37,8 @@ struct Pendulum {
     plain = identify_plain(model, experiment, SearchSpace(model, scenario), options, fit);
   }
 
+  FitContext context() const { return {experiment, at}; }
+
   Scenario scenario;
   PlantModel model;
   Experiment experiment;
@@ -57,7 +59,7 @@ const Pendulum& complete() {
 
 /// The sets of one pendulum: that without effects, and others grown from it.
 struct Sets {
-  explicit Sets(const Pendulum& p) : all(*p.plain, p.experiment, p.at, {}), none(all.none(kIterations)) {}
+  explicit Sets(const Pendulum& p) : all(*p.plain, p.context()), none(all.none(kIterations)) {}
   /// `from` with an effect more, fitted from `start`.
   Hypothesis with(const Hypothesis& from, const EffectSpec& spec, double start) const {
     std::optional<Hypothesis> out = all.changed(from, {{spec}, {{start}}, {}, {}, {}}, kIterations);
@@ -97,7 +99,7 @@ TEST(Hypotheses, RowsOfAFitAreThoseOfItsSimulationsInAnyWeights) {
   Sets sets(valve());
   const Hypothesis one = sets.with(sets.none, kDeadbandThere, 0.1);
   const std::vector<double> weights{3.0 * one.model.weights.front()};
-  Problem problem(one.model.model, valve().experiment, one.model.space, valve().at, weights);
+  Problem problem = problem_of(one.model, valve().context(), weights);
   const Eigen::VectorXd at = problem.residual(one.model.fit.point, sets.all.train());
   const Eigen::MatrixXd J = problem.jacobian(one.model.fit.point, at, sets.all.train());
   const FittedRows rows = sets.all.rows(one.model, weights);
@@ -137,7 +139,7 @@ TEST(Hypotheses, AnEffectThatIsNotThereIsNotDetermined) {
 
 TEST(Hypotheses, RefuseAStopThatItsDriveWouldPushThrough) {
   const Pendulum& p = complete();
-  const Hypotheses all(*p.plain, p.experiment, p.at, {});
+  const Hypotheses all(*p.plain, p.context());
   const double size = typical_size(Scale::stiffness, p.model, p.experiment, 0, p.model.values());
   for (const double stiffness : {-30.0, -3.0, 3.0, 30.0}) {
     const EffectSpec spec{"end_stop", "swing", {{"travel", 1e6}}, {}, "test"};
@@ -149,10 +151,10 @@ TEST(Hypotheses, RefuseAStopThatItsDriveWouldPushThrough) {
 
 TEST(SetSearch, FindsTogetherWhatTheValveHas) {
   const Pendulum& p = valve();
-  ASSERT_TRUE(leaves_a_rest(*p.plain, p.experiment, p.at));
-  const auto found = search_sets(*p.plain, *p.plain, {}, p.experiment, {p.at, {}, 1, {}});
+  ASSERT_TRUE(leaves_a_rest(*p.plain, p.context()));
+  const auto found = search_sets(*p.plain, *p.plain, {}, p.context(), {});
   ASSERT_TRUE(found);
-  EXPECT_FALSE(leaves_a_rest(found->model, p.experiment, found->simulator));
+  EXPECT_FALSE(leaves_a_rest(found->model, p.context().with_step(found->step)));
   for (const char* name : {"valve_deadband", "valve_asymmetry"}) {
     const auto at = std::find_if(found->findings.begin(), found->findings.end(),
                                  [&](const Finding& f) { return f.effect == name; });
@@ -168,12 +170,12 @@ TEST(SetSearch, HoldsWhatWasFoundBeforeAgainstItsRivals) {
   // The asymmetry was found alone, beside a rival that explains most of it; the deadband is the set search's to find.
   const Pendulum& p = valve();
   CurrentModel one = extended(*p.plain, p.experiment, kAsymmetryThere, p.plain->fit.point, {0.05});
-  refine(one, p.experiment, p.at, {});
+  refine(one, p.context());
   Finding found;
   found.effect = "valve_asymmetry", found.place = "swing", found.members = {"valve_asymmetry"};
   found.rivals = {{"valve_offset", "swing", 0.0, {}, {0.05}, {}}};
-  SetSearchOptions options{p.at, {}, 1, {}};
-  const std::optional<SetSearchResult> with = search_sets(*p.plain, one, {found}, p.experiment, options);
+  SetSearchOptions options;
+  const std::optional<SetSearchResult> with = search_sets(*p.plain, one, {found}, p.context(), options);
   ASSERT_TRUE(with);
   const auto asymmetry = std::find_if(with->findings.begin(), with->findings.end(),
                                       [](const Finding& f) { return f.effect == "valve_asymmetry"; });
@@ -198,6 +200,8 @@ struct Block {
     plain = identify_plain(*model, experiment, SearchSpace(*model, scenario), options, fit);
   }
 
+  FitContext context() const { return {experiment, at}; }
+
   Scenario scenario;
   SimulatorOptions at;
   std::optional<PlantModel> model;
@@ -207,13 +211,13 @@ struct Block {
 
 TEST(SetSearch, BeginsWithTheWholeValveThatTheRecordingsShow) {
   const Block block(worn_valve());
-  SetSearchOptions with{block.at, {}, 1, {}, {}, valve_starts(*block.model, block.experiment)};
+  SetSearchOptions with{1, {}, {}, valve_starts(*block.model, block.experiment)};
   // Alone, so that nothing but the start can have brought them.
   with.skipped = [&](const EffectSpec& spec) {
     return std::ranges::none_of(with.valves.front().effects,
                                 [&](const EffectSpec& e) { return e.effect == spec.effect; });
   };
-  const auto found = search_sets(*block.plain, *block.plain, {}, block.experiment, with);
+  const auto found = search_sets(*block.plain, *block.plain, {}, block.context(), with);
   ASSERT_TRUE(found);
   for (const char* name : {"valve_deadband", "valve_asymmetry", "actuator_saturation"}) {
     EXPECT_GE(found->model.model.find_effect_at(name, "slide"), 0) << name;
@@ -229,12 +233,12 @@ TEST(SetSearch, FreesTheOppositeStopOfOneThatWasFound) {
   const Block block({effect("end_stop", "slide", {{"q_lim", 0.3}, {"k", 1e6}, {"travel", far}})});
   const EffectSpec one_stop{"end_stop", "slide", {{"T", 0.0}, {"travel", 1e6}}, {}, "test"};
   CurrentModel one = extended(*block.plain, block.experiment, one_stop, block.plain->fit.point, {0.3, 1e6});
-  refine(one, block.experiment, block.at, {});
+  refine(one, block.context());
   Finding found;
   found.effect = "end_stop", found.place = "slide", found.members = {"end_stop"}, found.fixed = one_stop.parameters;
-  SetSearchOptions options{block.at, {}, 1, {}};
+  SetSearchOptions options;
   options.skipped = [](const EffectSpec&) { return true; };
-  const std::optional<SetSearchResult> with = search_sets(*block.plain, one, {found}, block.experiment, options);
+  const std::optional<SetSearchResult> with = search_sets(*block.plain, one, {found}, block.context(), options);
   ASSERT_TRUE(with);
   const std::size_t travel = static_cast<std::size_t>(with->model.model.find("slide.end_stop.travel"));
   EXPECT_NEAR(with->model.space.expand(with->model.fit.point)[travel], far, 2e-3);
@@ -242,8 +246,8 @@ TEST(SetSearch, FreesTheOppositeStopOfOneThatWasFound) {
 
 TEST(SetSearch, HasNothingToAddWhereNothingIsMissing) {
   const Pendulum& p = complete();
-  EXPECT_FALSE(leaves_a_rest(*p.plain, p.experiment, p.at));
-  EXPECT_FALSE(search_sets(*p.plain, *p.plain, {}, p.experiment, {p.at, {}, 1, {}}));
+  EXPECT_FALSE(leaves_a_rest(*p.plain, p.context()));
+  EXPECT_FALSE(search_sets(*p.plain, *p.plain, {}, p.context(), {}));
 }
 
 TEST(SetSearch, ClaimsNothingThatNoRecordingWasKeptToProve) {
@@ -251,7 +255,7 @@ TEST(SetSearch, ClaimsNothingThatNoRecordingWasKeptToProve) {
   Experiment unproved = p.experiment;
   for (Segment& segment : unproved.segments)
     if (segment.role == Role::validate) segment.role = Role::train;
-  EXPECT_FALSE(search_sets(*p.plain, *p.plain, {}, unproved, {p.at, {}, 1, {}}));
+  EXPECT_FALSE(search_sets(*p.plain, *p.plain, {}, p.context().on(unproved), {}));
 }
 
 }  // namespace

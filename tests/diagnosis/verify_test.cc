@@ -39,10 +39,10 @@ TEST(Verify, TakesWhatStartsDoOffTheGainOfEveryEngine) {
   const PlantModel model(scenario);
   Experiment experiment = make_experiment(scenario);
   for (Segment& segment : experiment.segments) segment.q0[0] += 0.02, segment.q0_error[0] = 0.02;
-  const SimulatorOptions at = on("featherstone", 0.005);
+  const FitContext context{experiment, on("featherstone", 0.005)};
   CurrentModel before{model, SearchSpace(model, scenario), {kTransducer, 0.05}, {}};
-  evaluate_at(before, before.space.start(), experiment, at);
-  ASSERT_TRUE(attach_start_effects(experiment, model, at, before.space.expand(before.fit.point)));
+  evaluate_at(before, before.space.start(), context);
+  ASSERT_TRUE(attach_start_effects(experiment, model, context.simulator, before.space.expand(before.fit.point)));
   // With less damping the wrong start rings on for longer.
   std::vector<double> point = before.fit.point;
   point[0] = before.space.contract([&] {
@@ -51,9 +51,9 @@ TEST(Verify, TakesWhatStartsDoOffTheGainOfEveryEngine) {
     return values;
   }())[0];
   CurrentModel after = extended(before, experiment, effect("coulomb_friction", "swing", {{"v0", 0.0}}), point, {0.3});
-  evaluate_at(after, after.fit.point, experiment, at);
+  evaluate_at(after, after.fit.point, context);
   Diagnosis out;
-  verify(out, before, after, experiment, at, true);
+  verify(out, before, after, context, true);
   ASSERT_GT(out.engines.size(), 1u);
   for (const EngineGain& engine : out.engines) {
     if (!engine.available) continue;
