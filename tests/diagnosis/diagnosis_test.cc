@@ -216,9 +216,9 @@ struct Pruned {
     out.effect = effect, out.place = "swing";
     return out;
   }
-  std::vector<std::string> again() { return prune(*plain, *both, findings, experiment, on("featherstone", 0.005), {}); }
-
-  void judge() { judge_anew(*plain, *both, findings, experiment, on("featherstone", 0.005), {}, 10, 1); }
+  FitContext context() const { return {experiment, on("featherstone", 0.005)}; }
+  std::vector<std::string> again() { return prune(*plain, *both, findings, context()); }
+  void judge() { judge_anew(*plain, *both, findings, context(), 10, 1); }
 
   PlantModel model;
   Experiment experiment;
@@ -287,7 +287,7 @@ TEST(Rounds, FindAnewWhatALaterFindingContains) {
   d.findings = wrong.findings;
   DiagnosisCheckpoint none("", "", false);
   const Report silent = [](const std::string&, double) {};
-  Rounds rounds(scenario, wrong.experiment, {}, none, *wrong.plain, on("featherstone", 0.005, 2), d, silent);
+  Rounds rounds(scenario, {wrong.experiment, on("featherstone", 0.005, 2)}, none, *wrong.plain, d, silent);
   rounds.current = *wrong.both;
   rounds.reconsider();
   ASSERT_EQ(d.findings.size(), 2u);
@@ -367,9 +367,7 @@ TEST(Exchange, PutsTheRivalInThatExplainsMoreBesideTheOthersAndKeepsWhatIsRight)
   wrong.findings[0].rivals = {{"valve_asymmetry", "swing", 0.1, {}, {0.1}, {}},
                               {"input_delay", "swing", 0.0, {}, {0.01}, {}}};
   wrong.findings[1].rivals = {{"coulomb_friction", "swing", 0.0, {{"v0", 0.0}}, {0.1}, {}}};
-  const auto look = [](Pruned& p) {
-    return exchange(*p.plain, *p.both, p.findings, p.experiment, on("featherstone", 0.005), {});
-  };
+  const auto look = [](Pruned& p) { return exchange(*p.plain, *p.both, p.findings, p.context()); };
   ASSERT_EQ(look(wrong).size(), 1u);
   wrong.judge();
   EXPECT_EQ(wrong.findings[0].effect, "valve_asymmetry");

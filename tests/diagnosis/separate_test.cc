@@ -32,7 +32,7 @@ struct Merged {
     FitResult fit;
     plain = identify_plain(model, experiment, space, options, fit);
     current = extended(*plain, experiment, {"input_delay", "swing", {}, {}, "test"}, plain->fit.point, {kDelay});
-    refine(*current, experiment, on("featherstone", kStep), {}, 25);
+    refine(*current, {experiment, on("featherstone", kStep)}, 25);
     findings.resize(1);
     Finding& f = findings.front();
     f.effect = "input_delay";
