@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 
+#include "diagnosis/baseline.h"
 #include "diagnosis/colour.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/hypothesis.h"
@@ -62,16 +64,10 @@ class Rows {
     double left = energy_at(joint, raw_);
     const double before = left;
     std::vector<std::size_t> open = axes_at(joint);
-    while (chosen.size() < kMostMoving && !open.empty()) {
-      Moving best;
-      for (const std::size_t axis : open) {
-        Moving one = moving(axis, chosen);
-        if (one.evidence > best.evidence) best = std::move(one);
-      }
-      if (!(best.evidence > kWorthLearning)) break;
-      std::erase(open, best.axis);
-      if (!(halves_gain(best, chosen) > kNotToldApart)) continue;
-      chosen.push_back(std::move(best));
+    while (chosen.size() < kMostMoving) {
+      std::optional<Moving> next = next_moving(open, chosen);
+      if (!next) break;
+      chosen.push_back(std::move(*next));
       const double after = energy_at(joint, raw_ + change_by(chosen));
       out.push_back(described(joint, chosen.back()));
       out.back().share = before > 0.0 ? (left - after) / before : 0.0;
@@ -148,6 +144,19 @@ class Rows {
     }
     out.columns *= out.deviation;
     return out;
+  }
+  /// Of the open axes' numbers the one of most evidence whose halves confirm it; it and those that they refuse are open
+  /// no longer.
+  std::optional<Moving> next_moving(std::vector<std::size_t>& open, const std::vector<Moving>& chosen) const {
+    std::vector<Moving> offered;
+    for (const std::size_t axis : open) offered.push_back(moving(axis, chosen));
+    std::ranges::stable_sort(offered, std::ranges::greater(), &Moving::evidence);
+    for (Moving& one : offered) {
+      if (!(one.evidence > kWorthLearning)) break;
+      std::erase(open, one.axis);
+      if (halves_gain(one, chosen) > kNotToldApart) return std::move(one);
+    }
+    return std::nullopt;
   }
   static Eigen::LDLT<Eigen::MatrixXd> with_unit_prior(const Eigen::MatrixXd& E) {
     return (E.transpose() * E + Eigen::MatrixXd::Identity(E.cols(), E.cols())).ldlt();

@@ -14,7 +14,7 @@ namespace lacuna {
 
 class LinearLook {
  public:
-  /// About the present fit, on `segments`, at the context's step. All of these must outlive it.
+  /// About the present fit, on `segments`, at the context's step. The model and the recordings must outlive it.
   LinearLook(const CurrentModel& current, const FitContext& context, std::vector<int> segments);
 
   /// Whether an effect of the catalogue does its work as an effort along the motion: not one that reads the motion, is
