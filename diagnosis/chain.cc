@@ -7,6 +7,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/locate.h"
 #include "diagnosis/regions.h"
+#include "ga/fit_context.h"
 
 namespace lacuna {
 namespace {

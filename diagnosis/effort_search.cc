@@ -11,6 +11,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/free_number.h"
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/kin.h"
 #include "diagnosis/prior.h"
 #include "diagnosis/simpler_name.h"
 #include "diagnosis/surroundings.h"
