@@ -162,21 +162,28 @@ std::string unknown_sentence(const Diagnosis& d) {
   return out + ".";
 }
 
-/// "b of the valve offset", "gain".
-std::string parameter_words(const std::string& number) {
+/// Of "valve_deadband.d": "half-width of the dead zone"; "gain" is its own name.
+std::string meaning_of(const std::string& number) {
   const std::size_t dot = number.find('.');
-  if (dot == std::string::npos) return number;
-  std::string title = effect_title(number.substr(0, dot));
-  if (!title.empty()) title[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(title[0])));
-  return number.substr(dot + 1) + " of the " + title;
+  const int effect = dot == std::string::npos ? -1 : find_effect(number.substr(0, dot));
+  if (effect < 0) return number;
+  const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect)];
+  for (const ParameterInfo& p : info.parameters)
+    if (p.name == number.substr(dot + 1)) return p.meaning;
+  return number;
+}
+
+/// "0.3 ± 0.036 V": of all recordings, and by how much each differs from it.
+std::string scatter_of(const NumberByRecording& n) {
+  return fmt::format("{} ± {}", number(n.value, 3), quantity(n.deviation, n.unit, 2));
 }
 
 /// What of the rest are numbers that differ between recordings; "" where none were seen.
 std::string numbers_sentence(const Diagnosis& d) {
   std::vector<std::string> each;
   for (const NumberByRecording& n : d.unexplained.numbers)
-    each.push_back(fmt::format("{} at {} (by {}, {} of what is left there)", parameter_words(n.number), n.joint,
-                               quantity(n.deviation, n.unit, 2), percent(n.share)));
+    each.push_back(fmt::format("{} at {} ({}; {} of what is left there goes with it)", meaning_of(n.number), n.joint,
+                               scatter_of(n), percent(n.share)));
   if (each.empty()) return {};
   return fmt::format(" Not the same in every recording: {}.", list_of(each));
 }
@@ -365,11 +372,10 @@ std::string number_by_recording_words(const NumberByRecording& number) {
   std::vector<std::string> each;
   for (const auto& [file, beyond] : number.recordings) each.push_back(fmt::format("{:+.2g} in {}", beyond, file));
   return fmt::format(
-      "{} at {} is not the same in every recording: it scatters by {} about the {} that the model has for all ({}), "
-      "and "
-      "{} of the residual energy there goes with it",
-      parameter_words(number.number), number.joint, quantity(number.deviation, number.unit, 2),
-      quantity(number.value, number.unit, 3), list_of(each), percent(number.share));
+      "{} at {} ({}) is not the same in every recording: {}, beyond what all share: {}; {} of the residual energy "
+      "there "
+      "goes with it",
+      meaning_of(number.number), number.joint, number.number, scatter_of(number), list_of(each), percent(number.share));
 }
 
 /// To milliseconds, whatever the clock stands at.

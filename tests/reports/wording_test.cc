@@ -115,8 +115,8 @@ TEST(VerdictSentence, SaysWhichNumbersAreNotTheSameInEveryRecording) {
   d.unexplained.numbers.back().number = "gain", d.unexplained.numbers.back().unit = "N m/V";
   EXPECT_EQ(verdict_sentence(Scenario{}, d),
             before +
-                " Not the same in every recording: b of the valve offset at joint_3 (by 0.25 V, 40 % of what is left "
-                "there) and gain at joint_3 (by 0.25 N m/V, 40 % of what is left there).");
+                " Not the same in every recording: command added at joint_3 (0.1 ± 0.25 V; 40 % of what is left there "
+                "goes with it) and gain at joint_3 (0.1 ± 0.25 N m/V; 40 % of what is left there goes with it).");
 }
 
 TEST(VerdictSentence, SaysWhatWasLearnedInPlaceOfANameAndWhatThatBrings) {
