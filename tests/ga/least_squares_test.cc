@@ -354,6 +354,46 @@ TEST(Problem, JacobianOfJointsThatCannotMoveEachOtherIsThatOfEachAlone) {
   }
 }
 
+/// Everything of both machines free, by a factor of 5 either way.
+Scenario all_of_two_machines(double swing_damping) {
+  Scenario scenario = two_machines();
+  scenario.actuators.back().parameters["damping"] = swing_damping;
+  for (const char* joint : {"slide", "swing"})
+    for (const char* name : {".gain", ".damping", ".stiffness"})
+      scenario.identify.push_back({joint + std::string(name), true, 0.2, 5.0, "test"});
+  for (const char* link : {"block", "rod"})
+    scenario.identify.push_back({link + std::string(".mass"), true, 0.2, 5.0, "test"});
+  return scenario;
+}
+
+/// Worst error of a column of the Jacobian beside differences at the problem's own step, over the column.
+double worst_column(Setting& s) {
+  const std::vector<double> point = s.space.start();
+  const Eigen::VectorXd at = s.problem.residual(point, s.train);
+  const Eigen::MatrixXd J = s.problem.jacobian(point, at, s.train);
+  double worst = 0.0;
+  for (std::size_t a = 0; a < point.size(); ++a) {
+    std::vector<double> moved = point;
+    moved[a] += 1e-6 * (s.space.axes()[a].coordinate == Coordinate::logarithm ? 1.0 : point[a]);
+    const Eigen::VectorXd slope = (s.problem.residual(moved, s.train) - at) / (moved[a] - point[a]);
+    worst = std::max(worst, (J.col(static_cast<Eigen::Index>(a)) - slope).norm() / slope.norm());
+  }
+  return worst;
+}
+
+TEST(Problem, SensitivitiesAreTakenAtALongerStepThanTheResidualWhereTheyStayTheSame) {
+  Setting s(all_of_two_machines(0.5), 0.02 / 32);
+  const double worst = worst_column(s);
+  EXPECT_LT(worst, 0.02);
+  EXPECT_GT(worst, 1e-9) << "simulated at the residual's own step";
+}
+
+TEST(Problem, SensitivitiesStayAtTheResidualsStepWhereALongerOneDiverges) {
+  // The rod's inertia is .27 kg m^2: at 10 ms its damper is beyond what Kutta's method stands (2.8 / step).
+  Setting s(all_of_two_machines(100.0), 0.005);
+  EXPECT_LT(worst_column(s), 1e-9);
+}
+
 TEST(Identify, WhatOneJointLeavesWidensNoIntervalOfAnother) {
   Scenario both = two_machines({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), alone = both;
   for (const char* name : {"slide.gain", "slide.damping", "slide.stiffness"}) {
