@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <type_traits>
 
 #include "ga/random.h"
+#include "physics/reach.h"
 #include "scenarios/error.h"
 
 namespace lacuna {
@@ -50,22 +52,32 @@ bool agree(const Eigen::VectorXd& change, const Eigen::VectorXd& exact, std::spa
   });
 }
 
-/// [simulation]: the axes that one difference may move together, each in another branch of the tree.
-std::vector<std::vector<std::size_t>> moved_together(const PlantModel& model, const SearchSpace& space,
-                                                     std::span<const int> branch) {
-  std::vector<std::vector<std::size_t>> out, alone;
-  std::map<int, std::size_t> next;  // [branch]: the first simulation that moves nothing in it
+/// Which coordinates one simulation may move together, and which channels each of them changes then.
+struct Groups {
+  std::vector<int> region;                         ///< [joint]: joints of different regions keep apart
+  std::vector<std::vector<std::size_t>> together;  ///< [simulation]: axes, each of another region
+};
+
+/// Branches of the tree, which cannot move each other; where the motion is measured, each joint's own affairs.
+Groups moved_together(const PlantModel& model, const SearchSpace& space, const Prediction& prediction) {
+  const std::vector<bool> stays = stays_at_its_joint(model, prediction);
+  const bool by_joint = std::ranges::find(stays, true) != stays.end();
+  Groups out{branches(model), {}};
+  if (by_joint) std::iota(out.region.begin(), out.region.end(), 0);
+  std::vector<std::vector<std::size_t>> alone;
+  std::map<int, std::size_t> next;  // [region]: the first simulation that moves nothing in it
   for (std::size_t a = 0; a < space.size(); ++a) {
-    const int joint = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].joint;
-    if (joint < 0 || space.dependent() >= 0) {
+    const auto parameter = static_cast<std::size_t>(space.axes()[a].parameter);
+    const int joint = model.parameters()[parameter].joint;
+    if (joint < 0 || (by_joint ? !stays[parameter] : space.dependent() >= 0)) {
       alone.push_back({a});
       continue;
     }
-    std::size_t& k = next[branch[static_cast<std::size_t>(joint)]];
-    if (k >= out.size()) out.resize(k + 1);
-    out[k++].push_back(a);
+    std::size_t& k = next[out.region[static_cast<std::size_t>(joint)]];
+    if (k >= out.together.size()) out.together.resize(k + 1);
+    out.together[k++].push_back(a);
   }
-  out.insert(out.end(), alone.begin(), alone.end());
+  out.together.insert(out.together.end(), alone.begin(), alone.end());
   return out;
 }
 
@@ -253,8 +265,7 @@ double Problem::sensitivity_step(const std::vector<double>& point, const Eigen::
 
 Eigen::MatrixXd Problem::differences(const std::vector<double>& point, const Eigen::VectorXd& at,
                                      std::span<const int> segments) {
-  const std::vector<int> branch = branches(model_);
-  const std::vector<std::vector<std::size_t>> together = moved_together(model_, space_, branch);
+  const auto [region, together] = moved_together(model_, space_, experiment_.prediction);
   std::vector<std::vector<double>> points(together.size(), point);
   for (std::size_t k = 0; k < together.size(); ++k)
     for (const std::size_t a : together[k]) points[k][a] += difference_step(space_.axes()[a], point[a]);
@@ -267,7 +278,7 @@ Eigen::MatrixXd Problem::differences(const std::vector<double>& point, const Eig
       auto column = J.col(static_cast<Eigen::Index>(a));
       for (const ResidualBlock& block : blocks) {
         const auto of = static_cast<std::size_t>(experiment_.channels[static_cast<std::size_t>(block.channel)].joint);
-        if (together[k].size() > 1 && branch[of] != branch[static_cast<std::size_t>(joint)]) continue;
+        if (together[k].size() > 1 && region[of] != region[static_cast<std::size_t>(joint)]) continue;
         column.segment(block.first, block.count) =
             (moved[k] - at).segment(block.first, block.count) / (points[k][a] - point[a]);
       }

@@ -46,9 +46,10 @@ class Problem {
   Eigen::VectorXd residual(const std::vector<double>& point, std::span<const int> segments);
 
   /// d residual / d point by forward differences, all columns in one batch; `at` = residual(point). Coordinates of
-  /// joints that cannot move each other (branches of the tree on a base that stands still) share a simulation: Curtis,
-  /// Powell and Reid 1974. Simulated at the longest step at which a sensitivity is right to 2 % in every channel
-  /// (sensitivity_step): differences of a residual need no step as fine as the residual does.
+  /// joints that cannot change each other's predictions (branches of the tree on a base that stands still; where the
+  /// motion is measured, each joint's own drive and friction) share a simulation: Curtis, Powell and Reid 1974.
+  /// Simulated at the longest step at which a sensitivity is right to 2 % in every channel (sensitivity_step):
+  /// differences of a residual need no step as fine as the residual does.
   Eigen::MatrixXd jacobian(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments);
 
   /// What changes of the predictions make of the residual, `change(segment, channel)`: at every sample, channel units.
