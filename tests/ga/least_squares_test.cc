@@ -394,6 +394,37 @@ TEST(Problem, SensitivitiesStayAtTheResidualsStepWhereALongerOneDiverges) {
   EXPECT_LT(worst_column(s), 1e-9);
 }
 
+TEST(Problem, JacobianOfAMeasuredMotionIsThatOfEachNumberAlone) {
+  // Two links that carry each other: their drives and frictions share simulations, their masses do not.
+  Scenario scenario =
+      bare_scenario(bundled_robot("double_pendulum/double_pendulum.urdf"),
+                    {actuator("shoulder", "torque_source", {{"gain", 3.0}, {"damping", 0.8}, {"stiffness", 4.0}}),
+                     actuator("elbow", "torque_source", {{"gain", 2.0}, {"damping", 0.5}, {"stiffness", 2.0}})},
+                    false);
+  add_recording(scenario, simulated_recording(scenario, rested_drive(4.0, 0.0, 2), {{0.0, 0.0}, {0.0, 0.0}, false},
+                                              engine_of_data(), "run.csv", 1e-4, 3));
+  scenario.prediction = InverseDynamics{5.0};
+  for (const char* joint : {"shoulder", "elbow"}) {
+    scenario.effects.push_back(effect("coulomb_friction", joint, {{"Fc", 0.2}}));
+    scenario.effects.push_back(effect("hysteresis_friction", joint, {{"Fc", 0.1}, {"sigma0", 20.0}}));
+    for (const char* name : {".gain", ".damping", ".stiffness", ".coulomb_friction.Fc", ".hysteresis_friction.Fc"})
+      scenario.identify.push_back({joint + std::string(name), true, 0.2, 5.0, "test"});
+  }
+  for (const char* name : {"upper.mass", "lower.mass"}) scenario.identify.push_back({name, true, 0.2, 5.0, "test"});
+  Setting s(scenario);
+  const std::vector<double> point = s.space.start();
+  const Eigen::VectorXd at = s.problem.residual(point, s.train);
+  const Eigen::MatrixXd J = s.problem.jacobian(point, at, s.train);
+  ASSERT_EQ(J.cols(), 12);
+  for (std::size_t a = 0; a < point.size(); ++a) {
+    std::vector<double> moved = point;
+    moved[a] += 1e-6 * point[a];
+    const Eigen::VectorXd slope = (s.problem.residual(moved, s.train) - at) / (moved[a] - point[a]);
+    ASSERT_GT(slope.norm(), 0.0) << "axis " << a;
+    EXPECT_EQ((J.col(static_cast<Eigen::Index>(a)) - slope).norm(), 0.0) << "axis " << a;
+  }
+}
+
 TEST(Identify, WhatOneJointLeavesWidensNoIntervalOfAnother) {
   Scenario both = two_machines({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), alone = both;
   for (const char* name : {"slide.gain", "slide.damping", "slide.stiffness"}) {
