@@ -16,15 +16,15 @@
 namespace lacuna {
 namespace {
 
-constexpr double kTouching = 0.1;   ///< s between rectangles of one event, at most
-constexpr int kSharpened = 3;       ///< times that events are sized anew about the motion with them
-constexpr double kStands = 1e-3;    ///< relative change of what is left, under which they stay as they are
-constexpr double kExplained = 1.5;  ///< times the noise: what a recording leaves at most that events explain
-constexpr double kSparse = 0.5;     ///< of the recordings, over which events of one kind and joint lie at most
-constexpr int kRounds = 6;          ///< at most
-constexpr double kWake = 0.05;      ///< of the recording, on either side of a stronger event
-constexpr int kShifts = 8;          ///< samples, by which the edges of a lost command are moved at first
-constexpr int kRefitSteps = 10;
+constexpr double kTouching = 0.1;      ///< s between rectangles of one event, at most
+constexpr int kSharpened = 3;          ///< times that events are sized anew about the motion with them
+constexpr double kEventsStand = 1e-3;  ///< relative change of what is left, under which they stay as they are
+constexpr double kExplained = 1.5;     ///< times the noise: what a recording leaves at most that events explain
+constexpr double kSparse = 0.5;        ///< of the recordings, over which events of one kind and joint lie at most
+constexpr int kRounds = 6;             ///< at most
+constexpr double kWake = 0.05;         ///< of the recording, on either side of a stronger event
+constexpr int kShifts = 8;             ///< samples, by which the edges of a lost command are moved at first
+constexpr int kEventRefitSteps = 10;
 constexpr double kNumbersOfCommand = 2.0;  ///< its edges
 
 using Events = std::vector<FoundEvent>;
@@ -104,7 +104,7 @@ class EventFinder {
       name_commands(segments, fitted, all);
       drop_needless(segments, fitted, all);
       settle(segments, fitted, HUGE_VAL, all);
-      if (!(left_of(model_, with_events(recorded_, all), segments) < (1.0 - kStands) * before)) {
+      if (!(left_of(model_, with_events(recorded_, all), segments) < (1.0 - kEventsStand) * before)) {
         model_ = model;
         break;
       }
@@ -220,15 +220,15 @@ class EventFinder {
   bool settle(const std::vector<int>& segments, bool fitted, double before, Events& events) {
     Events tried = events;
     bool any = false;
-    double least = (1.0 - kStands) * before;
+    double least = (1.0 - kEventsStand) * before;
     for (int k = 0; k < kSharpened; ++k) {
       const Experiment with = with_events(recorded_, tried);
       CurrentModel model = model_;
       const Hypotheses sets(model_, context_.on(with));
-      if (fitted && !sets.fit(model, kRefitSteps)) break;
+      if (fitted && !sets.fit(model, kEventRefitSteps)) break;
       const double left = left_of(model, with, segments);
       if (!(left < least)) break;
-      const bool stands = any && left > (1.0 - kStands) * least;
+      const bool stands = any && left > (1.0 - kEventsStand) * least;
       least = left, events = tried, any = true;
       if (fitted) model_ = std::move(model);
       if (stands) break;

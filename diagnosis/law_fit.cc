@@ -19,9 +19,9 @@ constexpr std::array kOfMaps{6};                      ///< of either variable
 constexpr int kInPeriod = 24;                         ///< of a curve that repeats itself
 constexpr double kAtRest = 0.05;                      ///< of a joint's rms speed, within which it moves neither way
 
-constexpr int kBends = 8;         ///< times that a curve is learned anew about the motion with it
-constexpr int kHalvings = 2;      ///< of steps that leave more
-constexpr double kStands = 0.01;  ///< relative change of what is left, under which it stays as it is
+constexpr int kBends = 8;            ///< times that a curve is learned anew about the motion with it
+constexpr int kHalvings = 2;         ///< of steps that leave more
+constexpr double kLawStands = 0.01;  ///< relative change of what is left, under which it stays as it is
 
 /// Of laws that differ in their knots alone the one of most evidence; most first.
 std::vector<Learnable> best_of_each(std::vector<Learnable> out) {
@@ -166,7 +166,7 @@ std::optional<FittedLaw> LawFit::fitted(const Learnable& start, const Hypothesis
       tried.values = 0.5 * (tried.values + from);
       continue;
     }
-    const bool stands = best && then > (1.0 - kStands) * now;
+    const bool stands = best && then > (1.0 - kLawStands) * now;
     best.emplace(tried, std::move(*next));
     const About about(*this, best->set.model);
     bend(about, &best->law, tried);

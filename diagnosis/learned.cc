@@ -23,7 +23,7 @@ constexpr double kInterval = 1.96;  ///< standard errors of a 95 % band
 
 constexpr double kLeastTaken = 0.25;  ///< of the validate recordings' rest, that it takes away: as of a finding
 constexpr double kLesserPart = 0.5;   ///< of a curve's mean square, left beside a name that is most of it
-constexpr double kMostOfIt = 0.75;    ///< of a law's energy: what a name leaves of it is half its size at most
+constexpr double kMostOfLaw = 0.75;   ///< of a law's energy: what a name leaves of it is half its size at most
 constexpr std::size_t kTried = 3;     ///< laws that are fitted in full before the search gives up
 
 class Learner {
@@ -167,7 +167,7 @@ class Learner {
                                                 const std::vector<NamedPlace>& names) {
     std::optional<Hypothesis> best;
     std::optional<NamedPlace> out;
-    double most = kMostOfIt;
+    double most = kMostOfLaw;
     for (const NamedPlace& name : names) {
       if (!is_of_the_kind(name, kept_.back().law)) continue;
       SetChange others;
@@ -233,7 +233,7 @@ class Learner {
     all.out = others.out, all.out.push_back(name);
     const std::optional<Hypothesis> alone = sets_.changed(standing_, others, kRefitIterations),
                                     bare = sets_.changed(standing_, all, kRefitIterations);
-    return alone && bare && share_of_it(*alone, *bare) > kMostOfIt;
+    return alone && bare && share_of_it(*alone, *bare) > kMostOfLaw;
   }
   /// What a name said with more numbers than a simpler one may be what the last law says: then it is that one.
   void call_by_simpler_names(std::vector<SimplerName>& simpler) {

@@ -13,7 +13,7 @@ namespace lacuna {
 namespace {
 
 constexpr double kEffectShare = 0.3;         ///< h: of one effect more, before any data
-constexpr double kSingular = 1e-9;           ///< of a unit normal matrix
+constexpr double kSingularNormal = 1e-9;     ///< of a unit normal matrix
 constexpr int kActiveRounds = 40;            ///< in which numbers are held at the ends of their ranges
 constexpr std::uint32_t kBaggingDraws = 83;  ///< of random draws
 
@@ -127,7 +127,7 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
     // Scaled to unit size, so that units do not drown what is little determined.
     const Eigen::VectorXd scale = A.diagonal().cwiseSqrt().cwiseInverse();
     Eigen::MatrixXd unit = scale.asDiagonal() * A * scale.asDiagonal();
-    unit.diagonal().array() += kSingular;
+    unit.diagonal().array() += kSingularNormal;
     const Eigen::LLT<Eigen::MatrixXd> llt(unit);
     if (llt.info() != Eigen::Success) return out;
     out.step = -scale.cwiseProduct(llt.solve(scale.cwiseProduct(b)));

@@ -14,7 +14,7 @@ constexpr double kSlowest = 20.0, kFastest = 2.0;  // s, periods of a slow push
 constexpr int kSines = 3;
 
 /// Uses of random draws, other than the true machine's.
-enum Purpose : std::uint32_t { kRipple = 51, kPush = 52, kMisplaced = 53 };
+enum ImperfectionDraws : std::uint32_t { kRipple = 51, kPush = 52, kMisplaced = 53 };
 
 /// The recording with these columns as they are in its first row.
 std::shared_ptr<const Recording> held(const Recording& data, const std::vector<std::string>& columns) {

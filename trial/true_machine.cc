@@ -24,7 +24,7 @@ constexpr double kUnmoved = 1e-9;          // of the noise: a joint whose drive 
 constexpr double kRoughTolerance = 1e-6;   // of the truth's steps while a strength is sought
 
 /// Uses of random draws: each has streams of its own, other than the recordings' noise.
-enum Purpose : std::uint32_t { kPerturb = 41, kWhen = 43, kForm = 45, kUneven = 47, kDrift = 48 };
+enum MachineDraws : std::uint32_t { kPerturb = 41, kWhen = 43, kForm = 45, kUneven = 47, kDrift = 48 };
 
 void set_noise(Experiment& experiment) {
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {

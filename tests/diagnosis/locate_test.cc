@@ -16,10 +16,10 @@ namespace {
 
 using namespace test;
 
-constexpr double kAngleNoise = 3e-4, kPeriod = 0.01, kFriction = 0.4;  // rad, s, N m
+constexpr double kLocateNoise = 3e-4, kLocatePeriod = 0.01, kDryFriction = 0.4;  // rad, s, N m
 
 /// The double pendulum, its recordings made by another engine with what `concealed` adds.
-Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kAngleNoise) {
+Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kLocateNoise) {
   const std::map<std::string, double> p{{"gain", 4.0}, {"damping", 1.0}, {"stiffness", 8.0}, {"rest", 0.2}};
   const auto robot = bundled_robot("double_pendulum/double_pendulum.urdf");
   Scenario scenario =
@@ -27,28 +27,28 @@ Scenario recorded(const std::vector<EffectSpec>& concealed, double noise = kAngl
   Scenario truth = scenario;
   truth.effects = concealed;
   const Start start{{0.05, 0.1}, {0.0, 0.0}, false};
-  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kPeriod, 3.0), start, engine_of_data(),
+  add_recording(scenario, simulated_recording(truth, sine_drive(2, 60.0, kLocatePeriod, 3.0), start, engine_of_data(),
                                               "train.csv", noise, 3));
-  for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kAngleNoise;
+  for (const char* joint : {"shoulder", "elbow"}) scenario.noise[ChannelKind::position][joint] = kLocateNoise;
   return scenario;
 }
 
 std::vector<MissingEffort> located(const Scenario& scenario) {
   const PlantModel model(scenario);
-  const CurrentModel current{model, SearchSpace(model, scenario), {kAngleNoise, kAngleNoise}, {}};
+  const CurrentModel current{model, SearchSpace(model, scenario), {kLocateNoise, kLocateNoise}, {}};
   return missing_efforts(current, scenario, on("featherstone", 0.002), 1);
 }
 
 TEST(MissingEffort, StandsAtTheJointWithFrictionAndFollowsItsDirection) {
   for (const std::string joint : {"shoulder", "elbow"}) {
     SCOPED_TRACE(joint);
-    const auto found = located(recorded({effect("coulomb_friction", joint, {{"Fc", kFriction}, {"v0", 0.01}})}));
+    const auto found = located(recorded({effect("coulomb_friction", joint, {{"Fc", kDryFriction}, {"v0", 0.01}})}));
     ASSERT_EQ(found.size(), 2u);
     EXPECT_EQ(found[0].joint, joint);
     EXPECT_GT(found[0].share, 0.8);
     EXPECT_LT(found[0].p_value, kLocateError);
     // The friction over the gain of 4 N m/V, its edges smoothed by the filter.
-    EXPECT_NEAR(found[0].rms, kFriction / 4.0, 0.25 * kFriction / 4.0);
+    EXPECT_NEAR(found[0].rms, kDryFriction / 4.0, 0.25 * kDryFriction / 4.0);
     // Beside the speed, which goes with its sign on sines.
     const auto& all = found[0].follows;
     const auto direction = std::find_if(all.begin(), all.end(),
@@ -84,7 +84,7 @@ TEST(MissingEffort, KnowsSlowNoiseByItsDifferences) {
     RandomStream random(5, column[2], 0);
     double x = random.normal();
     for (double& q : data->columns[static_cast<std::size_t>(data->find(column))]) {
-      q += kAngleNoise * x;
+      q += kLocateNoise * x;
       x = kKept * x + std::sqrt(1.0 - kKept * kKept) * random.normal();
     }
   }
@@ -154,7 +154,7 @@ TEST(MissingEffort, SaysNothingWhereInverseDynamicsCannotBeHad) {
   EXPECT_TRUE(located(scenario).empty()) << "a commanded joint is not measured";
   scenario = recorded({});
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-  data->columns[0][40] += 0.3 * kPeriod;
+  data->columns[0][40] += 0.3 * kLocatePeriod;
   scenario.recordings[0].data = data;
   EXPECT_FALSE(located(scenario).empty()) << "an irregular clock is brought onto an even one";
 }

@@ -183,7 +183,7 @@ TEST(Parts, AreJointsOfAChainThatItsDrivesMoveWhateverTheLoad) {
   EXPECT_TRUE(parts_at_start(rods_on_cylinders(kStiffOil, {})).empty()) << "nothing is missing: noise is all there is";
 }
 
-DiagnoseOptions quick() {
+DiagnoseOptions quick_parts() {
   DiagnoseOptions out;
   out.identify.optimizer = Optimizer::lsq;
   out.identify.simulator.engine = "featherstone";
@@ -211,7 +211,7 @@ void expect_found(const Diagnosis& out, const std::map<std::string, std::string>
 TEST(Parts, EachHasItsOwnFinding) {
   const Diagnosis out = diagnose(
       identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}}), effect("valve_deadband", "slide", {{"d", 0.4}})}),
-      quick());
+      quick_parts());
   expect_found(out, {{"swing", "coulomb_friction"}, {"slide", "valve_deadband"}});
   EXPECT_TRUE(out.worse.empty());
 }
@@ -219,7 +219,7 @@ TEST(Parts, EachHasItsOwnFinding) {
 TEST(Parts, OfAChainHaveFindingsOfTheirOwn) {
   const Diagnosis out = diagnose(rods_on_cylinders(kStiffOil, {effect("valve_deadband", "shoulder", {{"d", 0.6}}),
                                                                effect("actuator_saturation", "elbow", {{"cap", 1.2}})}),
-                                 quick());
+                                 quick_parts());
   expect_found(out, {{"shoulder", "valve_deadband"}, {"elbow", "actuator_saturation"}});
 }
 
@@ -230,7 +230,7 @@ TEST(Parts, SharedByAPumpAreEachInOrder) {
                         {effect("valve_deadband", "shoulder", {{"d", 0.5}}),
                          effect("valve_deadband", "elbow", {{"d", 0.4}}), effect("shared_supply", "arm", pump)},
                         true),
-      quick());
+      quick_parts());
   // How far the oil is bent where a window starts is not measured: some of the noise's many times stays.
   expect_named(out, {{"shoulder", "valve_deadband"}, {"elbow", "valve_deadband"}, {"arm", "shared_supply"}});
 }
@@ -273,18 +273,19 @@ TEST(Parts, MayOpenGradually) {
   const Diagnosis out =
       diagnose(rods_on_cylinders(kStiffOil, {effect("valve_deadband", "shoulder", {{"d", 0.6}}),
                                              effect("valve_opening", "elbow", {{"c", 0.7}, {"full", 1.0}})}),
-               quick());
+               quick_parts());
   expect_found(out, {{"shoulder", "valve_deadband"}, {"elbow", "valve_opening"}});
 }
 
 TEST(Parts, SayNothingOfOneThatIsComplete) {
-  const Diagnosis out = diagnose(identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), quick());
+  const Diagnosis out = diagnose(identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}})}), quick_parts());
   ASSERT_EQ(out.findings.size(), 1u);
   EXPECT_EQ(out.findings.front().place, "swing");
 }
 
 TEST(Parts, StayTogetherWhereOneEffectOfTheWholeArmExplainsAll) {
-  const Diagnosis out = diagnose(identified({effect("base_tilt", "arm", {{"roll", 0.0}, {"pitch", 0.05}})}), quick());
+  const Diagnosis out =
+      diagnose(identified({effect("base_tilt", "arm", {{"roll", 0.0}, {"pitch", 0.05}})}), quick_parts());
   ASSERT_EQ(out.findings.size(), 1u);
   EXPECT_EQ(out.findings.front().effect, "base_tilt");
   EXPECT_EQ(out.findings.front().place, "arm");
@@ -295,10 +296,10 @@ TEST(Parts, ResumeAfterAnInterruptionToTheSameNumbers) {
   std::filesystem::create_directories(folder);
   const Scenario scenario =
       identified({effect("coulomb_friction", "swing", {{"Fc", 1.0}}), effect("valve_deadband", "slide", {{"d", 0.4}})});
-  const Diagnosis whole = diagnose(scenario, quick());
+  const Diagnosis whole = diagnose(scenario, quick_parts());
   StopFlag stop{false};
   // The slide is done then.
-  DiagnoseOptions options = stopping_at(quick(), folder / "diagnosis.json", "swing: every effect", stop);
+  DiagnoseOptions options = stopping_at(quick_parts(), folder / "diagnosis.json", "swing: every effect", stop);
   EXPECT_THROW(diagnose(scenario, options), Interrupted);
   EXPECT_TRUE(std::filesystem::exists(folder / "diagnosis.part_0.json"));
   stop = false;

@@ -13,7 +13,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kSamples = 1000.0;  ///< effective, of both train and validate recordings
+constexpr double kEffective = 1000.0;  ///< effective, of both train and validate recordings
 
 /// Candidates on one pendulum whose gains are given in nats.
 class Ranking : public ::testing::Test {
@@ -32,9 +32,9 @@ class Ranking : public ::testing::Test {
   }
   static Gain of(double nats) {
     Gain out;
-    out.channels = {{kSamples, 2.0 * nats / kSamples}};
+    out.channels = {{kEffective, 2.0 * nats / kEffective}};
     out.log_likelihood = nats;
-    out.effective = kSamples;
+    out.effective = kEffective;
     return out;
   }
 
@@ -45,7 +45,7 @@ class Ranking : public ::testing::Test {
   std::vector<Tried> tried;
 };
 
-const double kWorth = 0.5 * std::log(kSamples);  ///< of one parameter
+const double kWorth = 0.5 * std::log(kEffective);  ///< of one parameter
 
 TEST_F(Ranking, CountsGainsLessHalfALogarithmAParameter) {
   add("coulomb_friction", 20.0, 10.0, 1);

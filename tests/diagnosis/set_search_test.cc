@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;
 
-constexpr double kReading = 1e-3;  // rad, noise of a reading
+constexpr double kSetReading = 1e-3;  // rad, noise of a reading
 constexpr int kIterations = 30;
 const EffectSpec kDeadbandThere{"valve_deadband", "swing", {}, {}, "test"};
 const EffectSpec kAsymmetryThere{"valve_asymmetry", "swing", {}, {}, "test"};
@@ -24,7 +24,7 @@ const EffectSpec kAsymmetryThere{"valve_asymmetry", "swing", {}, {}, "test"};
 /// A pendulum whose recordings another engine made, its plain model identified.
 struct Pendulum {
   explicit Pendulum(std::vector<EffectSpec> concealed)
-      : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, kReading,
+      : scenario(pendulum_problem({2.2, 1.1, 5.0, 1.0}, {"gain", "damping", "stiffness"}, kSetReading,
                                   std::move(concealed), 10.0, engine_of_data())),
         model(scenario),
         experiment(make_experiment(scenario)),

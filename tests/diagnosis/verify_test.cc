@@ -24,15 +24,16 @@ TEST(Verify, NamesEachJointWhoseResidualGrewByMoreThanNoiseDoes) {
 }
 
 TEST(Verify, TakesWhatStartsDoOffTheGainOfEveryEngine) {
-  constexpr double kTransducer = 1e-4;  // m or rad
+  constexpr double kTransducerNoise = 1e-4;  // m or rad
   // The swing has friction that the plain model lacks. The slide is not driven; where it starts is known to 2 cm only.
-  Scenario scenario = two_machines({}, {}, kTransducer), truth = scenario;
+  Scenario scenario = two_machines({}, {}, kTransducerNoise), truth = scenario;
   Drive drive = rested_drive(8.0, 0.0, 2);
   std::ranges::fill(drive.u[0], 0.0);
   truth.effects = {effect("coulomb_friction", "swing", {{"Fc", 0.3}})};
   const Start rest{{0.0, 0.0}, {0.0, 0.0}, false};
   for (const Role role : {Role::train, Role::test})
-    add_recording(scenario, simulated_recording(truth, drive, rest, engine_of_data(), to_string(role), kTransducer, 3),
+    add_recording(scenario,
+                  simulated_recording(truth, drive, rest, engine_of_data(), to_string(role), kTransducerNoise, 3),
                   role);
   for (const char* name : {"slide.damping", "swing.damping"})
     scenario.identify.push_back({name, true, 0.2, 5.0, "test"});
@@ -40,7 +41,7 @@ TEST(Verify, TakesWhatStartsDoOffTheGainOfEveryEngine) {
   Experiment experiment = make_experiment(scenario);
   for (Segment& segment : experiment.segments) segment.q0[0] += 0.02, segment.q0_error[0] = 0.02;
   const FitContext context{experiment, on("featherstone", 0.005)};
-  CurrentModel before{model, SearchSpace(model, scenario), {kTransducer, 0.05}, {}};
+  CurrentModel before{model, SearchSpace(model, scenario), {kTransducerNoise, 0.05}, {}};
   evaluate_at(before, before.space.start(), context);
   ASSERT_TRUE(attach_start_effects(experiment, model, context.simulator, before.space.expand(before.fit.point)));
   // With less damping the wrong start rings on for longer.

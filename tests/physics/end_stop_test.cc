@@ -19,7 +19,7 @@ const Start kAtRest{{0.0}, {0.0}};
 EffectSpec stops(double k, double q_lim, double travel) {
   return effect("end_stop", "slide", {{"k", k}, {"q_lim", q_lim}, {"T", kDamp}, {"travel", travel}});
 }
-Scenario cylinder(const Drive& drive) {
+Scenario driven_cylinder(const Drive& drive) {
   return driven_scenario(
       block_robot(),
       {actuator("slide", "flow_source", {{"gain", kOilSpeed}, {"stiffness", kOilSpring}, {"damping", kOilLoss}})},
@@ -32,7 +32,7 @@ Drive to_and_fro() {
   return out;
 }
 std::vector<double> positions(const EffectSpec& spec, double step = 1e-3) {
-  const Scenario scenario = cylinder(to_and_fro());
+  const Scenario scenario = driven_cylinder(to_and_fro());
   const PlantModel model = PlantModel(scenario).with_effects({spec});
   return predict_one(model, started_experiment(scenario, kAtRest), on("featherstone", step)).front()[0];
 }
@@ -66,7 +66,7 @@ TEST(EndStop, IsLeftAsSoonAsTheFlowIsTurned) {
 
 TEST(EndStop, IsCarriedByTheIndependentIntegratorAsByTheSteps) {
   const EffectSpec spec = stops(kContact, kTop, kTravel);
-  const Scenario scenario = cylinder(to_and_fro());
+  const Scenario scenario = driven_cylinder(to_and_fro());
   const PlantModel model = PlantModel(scenario).with_effects({spec});
   const Experiment experiment = started_experiment(scenario, kAtRest);
   TruthOptions options;

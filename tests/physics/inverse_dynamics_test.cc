@@ -146,9 +146,9 @@ TEST(Cylinder, GivesTheEffortThatItsMotionNeeds) {
 }
 
 TEST(DriveSide, LeadsTheLinkByTheEffortThatBendsTheJoint) {
-  constexpr double kStiffness = 200.0;  // N m/rad
+  constexpr double kSpringRate = 200.0;  // N m/rad
   Scenario model = pushed_rods(
-      {effect("joint_compliance", "shoulder", {{"k", kStiffness}, {"J", 0.002}, {"c", 0.3}}),
+      {effect("joint_compliance", "shoulder", {{"k", kSpringRate}, {"J", 0.002}, {"c", 0.3}}),
        effect("viscous_friction", "shoulder", {{"D", 1.0}}), effect("viscous_friction", "elbow", {{"D", 0.8}})},
       "direct_effort", {{"gain", 1.0}});
   measure_drive_side(model);
@@ -171,7 +171,7 @@ TEST(DriveSide, LeadsTheLinkByTheEffortThatBendsTheJoint) {
     for (std::size_t k = 0; k < segment.compared.size(); ++k) {
       lead.push_back(predicted[side][k] - q[segment.compared[k]]);
       measured.push_back(segment.measured[side][k] - q[segment.compared[k]]);
-      expected.push_back(joint == 0 ? segment.measured[effort][k] / kStiffness : 0.0);
+      expected.push_back(joint == 0 ? segment.measured[effort][k] / kSpringRate : 0.0);
     }
     if (joint == 1) {
       EXPECT_LT(rms_of(lead), 1e-12) << "no transmission: the link's own";

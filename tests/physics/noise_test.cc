@@ -12,7 +12,7 @@ using namespace test;
 
 constexpr double kPeriod = 0.01;  // s
 
-constexpr double kTravel = 0.05;  // rad
+constexpr double kAngleTravel = 0.05;  // rad
 
 /// A motion that rests but from 4 to 5 s of 20 s, read with white noise and then rounded to `step` (0: not).
 std::vector<double> mostly_still(const std::vector<double>& time, double noise, double step, double offset = 1.2345) {
@@ -20,7 +20,7 @@ std::vector<double> mostly_still(const std::vector<double>& time, double noise, 
   std::vector<double> out;
   for (const double t : time) {
     const double moved = t < 4.0 ? 0.0 : t > 5.0 ? 1.0 : 0.5 - 0.5 * std::cos(std::numbers::pi * (t - 4.0));
-    const double q = offset + kTravel * moved + noise * random();
+    const double q = offset + kAngleTravel * moved + noise * random();
     out.push_back(step > 0.0 ? step * std::round(q / step) : q);
   }
   return out;

@@ -81,13 +81,16 @@ double swung(double at, double seconds, double push, const std::string& engine) 
 }
 
 TEST(OilCompressibility, IsASpringThatIsStifferTowardsTheEndsOfTheStroke) {
-  constexpr double kPush = 0.01;  // m/s: within a tenth of a millimetre the spring stays the same
+  constexpr double kFirstSpeed = 0.01;  // m/s: within a tenth of a millimetre the spring stays the same
   for (const std::string& engine : available_engines()) {
     for (const double share : {0.0, -0.5, 0.8}) {
       const double omega = std::sqrt(kLoadSpring / (1.0 - share * share) / kBlockMass);
       const double quarter = 0.5 * std::numbers::pi / omega;
-      EXPECT_NEAR(swung(share * kHalfStroke, quarter, kPush, engine), kPush / omega, 2e-3 * kPush / omega) << engine;
-      EXPECT_NEAR(swung(share * kHalfStroke, 4.0 * quarter, kPush, engine), 0.0, 1e-2 * kPush / omega) << engine;
+      EXPECT_NEAR(swung(share * kHalfStroke, quarter, kFirstSpeed, engine), kFirstSpeed / omega,
+                  2e-3 * kFirstSpeed / omega)
+          << engine;
+      EXPECT_NEAR(swung(share * kHalfStroke, 4.0 * quarter, kFirstSpeed, engine), 0.0, 1e-2 * kFirstSpeed / omega)
+          << engine;
     }
   }
 }

@@ -10,12 +10,14 @@ namespace {
 using namespace test;
 using namespace test::hydraulic;
 
-const Start kRest{{0.0}, {0.0}};
-constexpr double kRounding = 1e-10;  // m, of what RK4 follows exactly
+const Start kPistonAtRest{{0.0}, {0.0}};
+constexpr double kPressureRounding = 1e-10;  // m, of what RK4 follows exactly
 
 std::vector<double> position(const Scenario& scenario, const std::string& engine = "featherstone",
                              double step = kStep) {
-  return predict_one(PlantModel(scenario), started_experiment(scenario, kRest), on(engine, step)).front().front();
+  return predict_one(PlantModel(scenario), started_experiment(scenario, kPistonAtRest), on(engine, step))
+      .front()
+      .front();
 }
 constexpr double kHead = 20 * kBar, kRod = 10 * kBar;
 double constant_head(double) { return kHead; }
@@ -39,7 +41,7 @@ TEST(PressureDriven, PressuresGoOnStraightLinesBetweenSamples) {
   const std::vector<double> q = position(pressed(block_robot(), symmetric(), rising, constant_rod));
   for (std::size_t k = 0; k < q.size(); ++k) {
     const double t = 0.01 * static_cast<double>(k);
-    ASSERT_NEAR(q[k], kRise * kArea / kBlockMass * t * t * t / 6.0, kRounding) << t;
+    ASSERT_NEAR(q[k], kRise * kArea / kBlockMass * t * t * t / 6.0, kPressureRounding) << t;
   }
 }
 
@@ -59,9 +61,9 @@ struct Twice {
   Moved by_valve;
   Scenario by_pressures;
   explicit Twice(double sample) {
-    const Scenario valve = driven(rotor(), with(cylinder(), kLever), sine_drive(1, 2.0, sample, 8.0), kRest,
+    const Scenario valve = driven(rotor(), with(cylinder(), kLever), sine_drive(1, 2.0, sample, 8.0), kPistonAtRest,
                                   {effect("coulomb_friction", "swing", {{"Fc", 5.0}})});
-    by_valve = simulated(valve, kRest, 1e-3);
+    by_valve = simulated(valve, kPistonAtRest, 1e-3);
     auto data = std::make_shared<Recording>(*valve.recordings[0].data);
     data->columns[static_cast<std::size_t>(data->find("a_swing"))] = by_valve.a();
     data->columns[static_cast<std::size_t>(data->find("b_swing"))] = by_valve.b();
@@ -91,7 +93,7 @@ TEST(PressureDriven, MovesAsTheValveMovedItTheBetterTheFinerItIsSampled) {
 TEST(PressureDriven, MeetsAnIndependentIntegrator) {
   const Twice twice(1e-3);
   const PlantModel model(twice.by_pressures);
-  const Experiment experiment = started_experiment(twice.by_pressures, kRest);
+  const Experiment experiment = started_experiment(twice.by_pressures, kPistonAtRest);
   const auto reference = reference_of(model, experiment);
   EXPECT_LT(worst_difference(position(twice.by_pressures, "featherstone", 1e-3), reference.front()), 1e-7);
 }

@@ -118,7 +118,7 @@ TEST_P(Planted, StandsInTheClassOfWhatIsNamedAtItsPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, Planted, testing::ValuesIn(shown_by_two_rods()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace lacuna
