@@ -55,28 +55,28 @@ std::optional<LeastSquaresResult> search(const CurrentModel& present, const FitC
   return best.fit;
 }
 
-/// The best of the descents made and of further starts becomes the present solution.
-void best_of(std::vector<LeastSquaresResult> ends, const FitContext& context, std::uint64_t seed, CurrentModel& current,
-             FitResult& fit) {
+double energy(const LeastSquaresResult& end) { return end.sum_of_squares + end.prior_cost; }
+
+/// The best of descents from the start values and from draws about them becomes the present solution; whether two of
+/// them met.
+bool descend_from_several_starts(const FitContext& context, std::uint64_t seed, CurrentModel& current, FitResult& fit) {
   const auto& axes = current.space.axes();
-  const bool priors = std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); });
-  if (!priors) {  // nothing to draw further starts from
-    current.fit = std::move(*std::min_element(
-        ends.begin(), ends.end(), [](const auto& a, const auto& b) { return a.sum_of_squares < b.sum_of_squares; }));
-    return;
-  }
   Problem problem = problem_of(current, context);
   LeastSquaresOptions descent;
   descent.iterations = kRefitIterations;
   descent.tolerance = kRefitTolerance;
   descent.polish = false;
-  descent.control = context.control.quiet();
-  SeveralStarts found = from_several_starts(problem, context.experiment.with_role(Role::train), std::move(ends),
+  descent.control = context.control;
+  SeveralStarts found = from_several_starts(problem, context.experiment.with_role(Role::train), {current.fit},
                                             noise_is_known(context.experiment), seed, descent);
   current.fit = std::move(found.best);
-  fit.arrived = found.arrived;
-  fit.doubt = found.doubt;
   fit.evaluations += found.evaluations;
+  // Without priors a valley that the data leave open has a wall for an end: beside it two ends say nothing.
+  if (std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); })) {
+    fit.arrived = found.arrived;
+    fit.doubt = found.doubt;
+  }
+  return found.met;
 }
 
 }  // namespace
@@ -199,17 +199,16 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
   fit = identify(model, experiment, space, from_start);
   const FitContext context = FitContext{experiment, options.simulator, options.control}.with_step(fit.step.step);
   CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
-  std::vector<LeastSquaresResult> ends{fit.solution};
-  if (options.optimizer != Optimizer::lsq && space.size() > 0) {
+  const bool met = space.size() == 0 || descend_from_several_starts(context, options.genetic.seed, current, fit);
+  if (!met && options.optimizer != Optimizer::lsq) {
     FitResult searched;
-    const auto other = search(current, context, options, searched);
-    if (other) ends.push_back(*other);
+    std::optional<LeastSquaresResult> other = search(current, context, options, searched);
     fit.optimizer = to_string(options.optimizer);
     fit.history = std::move(searched.history);
     fit.search_cost = searched.search_cost;
     fit.evaluations += searched.evaluations + (other ? other->evaluations : 0);
+    if (other && energy(*other) < energy(current.fit)) current.fit = std::move(*other);
   }
-  if (space.size() > 0) best_of(std::move(ends), context, options.genetic.seed, current, fit);
   update_weights(current, context);
   refine(current, context);
   record_fit(current, context, fit);
