@@ -14,6 +14,8 @@ namespace {
 constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
+constexpr double kMissed = 0.5;  ///< of the motion's energy about its mean
+
 constexpr double kSearchStep = 2.0;  ///< steps of the population search over those of the fit: it ranks only
 
 /// Weights after the present residual, if one of them differs by enough; whether it does.
@@ -53,6 +55,22 @@ std::optional<LeastSquaresResult> search(const CurrentModel& present, const FitC
   best.fit = fit.solution;
   if (!refit(best, context)) return std::nullopt;
   return best.fit;
+}
+
+/// Whether a fit leaves more than kMissed of the motion itself: descents meet there that found none of it.
+bool leaves_most_of_the_motion(const CurrentModel& current, const FitContext& context) {
+  double motion = 0.0;
+  for (const int s : context.experiment.with_role(Role::train)) {
+    const std::vector<std::vector<double>>& measured =
+        context.experiment.segments[static_cast<std::size_t>(s)].measured;
+    for (std::size_t c = 0; c < measured.size(); ++c) {
+      double n = 0.0, sum = 0.0, squares = 0.0;
+      for (const double x : measured[c])
+        if (std::isfinite(x)) n += 1.0, sum += x, squares += x * x;
+      if (n > 0.0) motion += (squares - sum * sum / n) / (current.weights[c] * current.weights[c]);
+    }
+  }
+  return current.fit.sum_of_squares > kMissed * motion;
 }
 
 double energy(const LeastSquaresResult& end) { return end.sum_of_squares + end.prior_cost; }
@@ -199,8 +217,9 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
   fit = identify(model, experiment, space, from_start);
   const FitContext context = FitContext{experiment, options.simulator, options.control}.with_step(fit.step.step);
   CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
-  const bool met = space.size() == 0 || descend_from_several_starts(context, options.genetic.seed, current, fit);
-  if (!met && options.optimizer != Optimizer::lsq) {
+  const bool arrived = space.size() == 0 || (descend_from_several_starts(context, options.genetic.seed, current, fit) &&
+                                             !leaves_most_of_the_motion(current, context));
+  if (!arrived && options.optimizer != Optimizer::lsq) {
     FitResult searched;
     std::optional<LeastSquaresResult> other = search(current, context, options, searched);
     fit.optimizer = to_string(options.optimizer);

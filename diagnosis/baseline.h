@@ -43,8 +43,9 @@ void evaluate_at(CurrentModel& model, std::vector<double> point, const FitContex
 CurrentModel seen_in(const CurrentModel& model, const FitContext& context);
 
 /// Least squares from the scenario's start values and from draws about them until two of them meet
-/// (from_several_starts); where none do, the population search that `options` names and least squares from its best as
-/// well; the best of all refined. `fit` receives the record of it, and with priors whether it has arrived.
+/// (from_several_starts); where none do, or where they have found little of the motion, the population search that
+/// `options` names and least squares from its best as well; the best of all refined. `fit` receives the record of it,
+/// and with priors whether it has arrived.
 CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                             const IdentifyOptions& options, FitResult& fit);
 
