@@ -20,24 +20,20 @@ constexpr double kLeastDamping = 1e-9;           ///< of the look beyond a bound
 
 double energy(const LeastSquaresResult& r) { return r.sum_of_squares + r.prior_cost; }
 
-/// A draw about the axis' prior; without one about its start, bounds read as a prior's are: two standard deviations
-/// either way, of the ratio to the start where both are of its sign.
-double drawn(const Axis& axis, RandomStream& random) {
-  const double z = kSpread * random.normal(), range = axis.upper - axis.lower;
-  if (std::isfinite(axis.prior)) return axis.center + axis.prior * z;
-  if (!std::isfinite(range)) return axis.start;
-  const bool one_sign = axis.lower / axis.start > 0.0 && axis.upper / axis.start > 0.0;
-  if (axis.coordinate == Coordinate::linear && one_sign)
-    return axis.start * std::exp(0.25 * std::fabs(std::log(axis.upper / axis.lower)) * z);
-  return axis.start + 0.25 * range * z;
-}
-
-/// A start within the bounds, from the inner half of what the priors allow: further out lie other robots, whose valleys
-/// end elsewhere.
+/// A point of the priors' inner half, within the bounds: further out lie other robots, whose valleys end elsewhere.
 std::vector<double> drawn_start(const std::vector<Axis>& axes, std::uint64_t seed, int k) {
   RandomStream random(seed, 0, static_cast<std::uint32_t>(k), kStartStream);
   std::vector<double> point;
-  for (const Axis& axis : axes) point.push_back(std::clamp(drawn(axis, random), axis.lower, axis.upper));
+  for (const Axis& axis : axes) {
+    const double range = axis.upper - axis.lower;
+    double x = axis.start;
+    if (std::isfinite(axis.prior)) {
+      x = axis.center + kSpread * axis.prior * random.normal();
+    } else if (std::isfinite(range)) {
+      x = axis.lower + range * random.uniform(0.25, 0.75);
+    }
+    point.push_back(std::clamp(x, axis.lower, axis.upper));
+  }
   return point;
 }
 
@@ -127,7 +123,7 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
     follow_best();
   }
   out.starts = static_cast<int>(ends.size());
-  const bool met = out.met = settled();
+  const bool met = settled();
   const auto best = std::min_element(ends.begin(), ends.end(), better);
   double next = HUGE_VAL;
   for (auto end = ends.begin(); end != ends.end(); ++end)

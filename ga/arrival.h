@@ -14,17 +14,16 @@ constexpr double kSameEnd = 0.02;
 /// The best of several descents.
 struct SeveralStarts {
   LeastSquaresResult best;
-  bool met = false;      ///< the best is down to the noise, or came to its end, and another one ended beside it
-  bool arrived = false;  ///< so it is, and no bound cuts the way on
-  std::string doubt;     ///< why not, in words; empty where it has arrived
+  bool arrived = false;
+  std::string doubt;  ///< why not, in words; empty where it has arrived
   long evaluations = 0;
   int starts = 0;  ///< all together
 };
 
-/// `ends`: descents made already, at least one. Draws further starts from the axes' priors (without one, about the
-/// start, bounds read as priors' are) until the residual is down to the noise (`noise_known`: the problem's weights are
-/// it), or two descents end within kSameEnd of the best; arrived then, unless least squares did not come to an end or a
-/// bound cuts the way on. At most four are drawn.
+/// `ends`: descents made already, at least one. Draws further starts from the axes' priors (without one, from the
+/// middle half of the range) until the residual is down to the noise (`noise_known`: the problem's weights are it), or
+/// two descents end within kSameEnd of the best; arrived then, unless least squares did not come to an end or a bound
+/// cuts the way on. At most four are drawn.
 SeveralStarts from_several_starts(Problem& problem, std::span<const int> segments, std::vector<LeastSquaresResult> ends,
                                   bool noise_known, std::uint64_t seed, const LeastSquaresOptions& options);
 
