@@ -15,7 +15,6 @@ constexpr double kFitTolerance = 1e-6;
 constexpr double kAtRangesEnd = 0.02;  ///< of a number's typical size
 constexpr double kDetermined = 2.0;    ///< standard errors from neutral
 constexpr Eigen::Index kHeldoutBlocks = 40;
-constexpr double kOneMore = 0.3;  ///< of one effect more in a set, before any data (DIAGNOSIS: h)
 
 }  // namespace
 
@@ -205,7 +204,7 @@ std::vector<Eigen::Index> Hypotheses::heldout_rows_of(const CurrentModel& model,
 
 double Hypotheses::log_prior(const std::vector<EffectSpec>& effects) const {
   const double k = static_cast<double>(effects.size()), n = std::max(static_cast<double>(offered_), k);
-  double out = k * std::log(kOneMore) - log_choose(n, k);
+  double out = log_prior_of_effects(k, n);
   for (const EffectSpec& spec : effects) out -= std::log(choices_of(spec));
   return out;
 }

@@ -21,6 +21,8 @@ constexpr std::uint32_t kBaggingDraws = 83;  ///< of random draws
 
 double log_choose(double n, double k) { return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0); }
 
+double log_prior_of_effects(double k, double n) { return k * std::log(kEffectShare) - log_choose(n, k); }
+
 std::vector<std::vector<double>> block_draws(std::size_t blocks, int draws, std::uint64_t seed) {
   std::vector<std::vector<double>> out;
   for (int d = 0; d < draws; ++d) {
@@ -89,8 +91,7 @@ double Linearised::log_prior(const Set& set) const {
     all.insert(name);
     if (set[k]) in.insert(name);
   }
-  const double n = static_cast<double>(all.size()), k = static_cast<double>(in.size());
-  double out = k * std::log(kEffectShare) - log_choose(n, k);
+  double out = log_prior_of_effects(static_cast<double>(in.size()), static_cast<double>(all.size()));
   for (std::size_t i = 0; i < parts_.size(); ++i)
     if (set[i]) out -= std::log(parts_[i].choices);
   return out;

@@ -24,6 +24,9 @@ namespace lacuna {
 /// log of n over k, of k out of n.
 double log_choose(double n, double k);
 
+/// log prior of k effects out of n that are offered, before any data: each one more is .3 as probable.
+double log_prior_of_effects(double k, double n);
+
 /// A number that a hypothesis is free in: its column and its prior, both in the search coordinate.
 struct LinearColumn {
   Eigen::VectorXd train, validate;                ///< whitened sensitivities
