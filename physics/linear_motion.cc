@@ -16,8 +16,9 @@ Eigen::MatrixXd LinearMotion::response(const Eigen::MatrixXd& efforts) const {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(A.front().rows()), next(x.size());
   for (std::size_t k = 0; k < intervals(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    next.noalias() = A[k] * x;
-    next.noalias() += B[k] * efforts.col(column);
+    auto whole = next.head(next.size());  // has its size: GCC 12 warns of the vector's being freed in between
+    whole.noalias() = A[k] * x;
+    whole.noalias() += B[k] * efforts.col(column);
     x.swap(next);
     out.col(column + 1) = x.head(rows);
   }
