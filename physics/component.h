@@ -146,6 +146,7 @@ struct Hooks {
   /// Of an actuator whose first state is the position that its flow would give: that flow, rad/s (m/s). What is left of
   /// it its other hooks see as s.flow.
   T (*flow)(const T* p, const JointView<T>& s) = nullptr;
+  T (*loss)(const T* p) = nullptr;  ///< N m s/rad (N s/m) of its effort that goes in proportion to speed
   // Of an actuator with two chambers, whose states are their pressures:
   FastPart<T> (*fast)(const T* p, const JointView<T>& s) = nullptr;
   T (*strength)(const T* p) = nullptr;  ///< N m/V (N/V), with the gain's sign: what it gives at most, over full command
@@ -194,6 +195,7 @@ Hooks<T> hooks_of() {
   if constexpr (requires { &C::template dry_friction<T>; }) h.dry_friction = &C::template dry_friction<T>;
   if constexpr (requires { &C::template delay<T>; }) h.delay = &C::template delay<T>;
   if constexpr (requires { &C::template rate<T>; }) h.rate = &C::template rate<T>;
+  if constexpr (requires { &C::template loss<T>; }) h.loss = &C::template loss<T>;
   if constexpr (requires { &C::template fast<T>; }) h.fast = &C::template fast<T>;
   if constexpr (requires { &C::template strength<T>; }) h.strength = &C::template strength<T>;
   if constexpr (requires { &C::template initial<T>; }) h.initial = &C::template initial<T>;

@@ -1,13 +1,16 @@
-// What is faster than the steps through time, carried through them by itself: oil springs.
+// What is faster than the steps through time, carried through them by itself: oil springs, and the joints' own losses
+// beside them.
 //
 // Between two samples a cylinder's oil may ring many times against the arm, and pressures settle in less than a step.
-// Both are all but linear. With d the departure of the plant's state from where a step begins, the rates are
+// Both are all but linear, as are losses in proportion to speed, which a light wrist turns into a fast decay. With d
+// the departure of the plant's state from where a step begins, the rates are
 //   d' = L d + N(d, t):
-// L is that linear part, kept over a step, and N all the rest, slow. Cox and Matthews' fourth-order method evaluates
-// the whole plant where Kutta's does, as often, and carries L by itself in between; where L = 0 it is Kutta's
-// (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002), eqs. 26 to 29). L couples all joints: an effort on one
-// accelerates every other through the arm's inertia,
-//   q' = v,   v' = M^-1 (dtau/dz) z,   z' = (dz'/dv) v + (dz'/dz) z   (departures).
+// L is that linear part, kept over a step, and N all the rest, slow. Krogstad's fourth-order method evaluates the whole
+// plant where Kutta's does, as often, and carries L by itself in between; where L = 0 it is Kutta's (S. Krogstad, J.
+// Comput. Phys. 203 (2005) 72-88, eq. 51; of its stages only the last has less than third order where L is stiff, M.
+// Hochbruck, A. Ostermann, SIAM J. Numer. Anal. 43 (2005)). L couples all joints: an effort on one accelerates every
+// other through the arm's inertia,
+//   q' = v,   v' = M^-1 ((dtau/dz) z - D v),   z' = (dz'/dv) v + (dz'/dz) z   (departures).
 // L need not be exact: what it leaves out is in N, at the order of the method.
 #pragma once
 
@@ -24,8 +27,9 @@ class FastMotion {
  public:
   using State = std::vector<T>;  ///< q, v, then the plant's other states
 
-  FastMotion(std::size_t joints, std::size_t size) : n_(joints), size_(size), pivot_(n_, T(0.0)), column_(n_, T(0.0)) {
-    for (State* w : {&d_, &d2_, &n2_, &n3_, &n4_, &stage_, &still_, &slope_, &bend_, &rate_, &next_, &before_})
+  FastMotion(std::size_t joints, std::size_t size)
+      : n_(joints), size_(size), effort_(n_, T(0.0)), pivot_(n_, T(0.0)), column_(n_, T(0.0)) {
+    for (State* w : {&d_, &n2_, &n3_, &n4_, &stage_, &still_, &slope_, &bend_, &rate_, &next_, &before_})
       w->assign(size_, T(0.0));
     for (State* w : {&inverse_, &factor_, &effective_}) w->assign(n_ * n_, T(0.0));
   }
@@ -35,10 +39,23 @@ class FastMotion {
     std::size_t state;  ///< where its two states begin
     FastPart<T> part;
   };
-  void add(int joint, std::size_t state) { springs_.push_back({joint, state, {}}); }
+  struct Loss {
+    int joint;
+    T size;  ///< N m s/rad (N s/m)
+  };
+  void add_spring(int joint, std::size_t state) {
+    springs_.push_back({joint, state, {}});
+    pull(joint);
+  }
+  void add_loss(int joint) {
+    losses_.push_back({joint, T(0.0)});
+    pull(joint);
+  }
+  /// Losses alone are no reason: what each step costs more than Kutta's, it is not longer.
   bool none() const { return springs_.empty(); }
-  /// To be brought up to date before every step; then set_free().
+  /// Either to be brought up to date before every step; then set_free().
   std::vector<Spring>& springs() { return springs_; }
+  std::vector<Loss>& losses() { return losses_; }
 
   /// The arm's inertia, row by row, kg m^2 (kg m, kg), for the steps that follow.
   void set_inertia(const std::vector<T>& mass) {
@@ -61,19 +78,21 @@ class FastMotion {
   void step(const State& x, const T& h, const State& k1, State& k2, State& k3, State& k4, State& to,
             const Rates& rates) {
     const T half = T(0.5) * h;
-    begin(d2_);
-    carry(d2_, k1, still_, still_, half);
-    rates(half, moved(x, d2_), k2);
-    remainder(d2_, k2, n2_);
+    const T per = select(h > T(0.0), T(1.0) / max(h, T(1e-300)), T(0.0));
     begin(d_);
-    carry(d_, n2_, still_, still_, half);
+    carry(d_, k1, still_, still_, half);
+    rates(half, moved(x, d_), k2);
+    remainder(d_, k2, n2_);
+    for (std::size_t i = 0; i < size_; ++i) slope_[i] = T(4.0) * per * (n2_[i] - k1[i]);
+    begin(d_);
+    carry(d_, k1, slope_, still_, half);
     rates(half, moved(x, d_), k3);
     remainder(d_, k3, n3_);
-    for (std::size_t i = 0; i < size_; ++i) slope_[i] = T(2.0) * n3_[i] - k1[i];
-    carry(d2_, slope_, still_, still_, half);
-    rates(h, moved(x, d2_), k4);
-    remainder(d2_, k4, n4_);
-    const T per = select(h > T(0.0), T(1.0) / max(h, T(1e-300)), T(0.0));
+    for (std::size_t i = 0; i < size_; ++i) slope_[i] = T(2.0) * per * (n3_[i] - k1[i]);
+    begin(d_);
+    carry(d_, k1, slope_, still_, h);
+    rates(h, moved(x, d_), k4);
+    remainder(d_, k4, n4_);
     for (std::size_t i = 0; i < size_; ++i) {  // the parabola of N over the step
       const T middle = n2_[i] + n3_[i];
       slope_[i] = per * (T(2.0) * middle - T(3.0) * k1[i] - n4_[i]);
@@ -95,23 +114,34 @@ class FastMotion {
     for (std::size_t i = 0; i < size_; ++i) stage_[i] = x[i] + d[i];
     return stage_;
   }
+  void pull(int joint) {
+    const std::size_t j = static_cast<std::size_t>(joint);
+    if (std::ranges::find(pulled_, j) == pulled_.end()) pulled_.push_back(j);
+  }
   /// N = k - L d.
-  void remainder(const State& d, const State& k, State& out) const {
+  void remainder(const State& d, const State& k, State& out) {
     apply(d, out);
     for (std::size_t i = 0; i < size_; ++i) out[i] = k[i] - out[i];
   }
 
   /// out = L d.
-  void apply(const State& d, State& out) const {
-    std::fill(out.begin(), out.end(), T(0.0));
+  void apply(const State& d, State& out) {
+    std::fill(out.begin() + static_cast<std::ptrdiff_t>(n_), out.end(), T(0.0));
     for (std::size_t j = 0; j < n_; ++j) out[j] = d[n_ + j];
+    for (const std::size_t j : pulled_) effort_[j] = T(0.0);
+    for (const Loss& loss : losses_) {
+      const std::size_t j = static_cast<std::size_t>(loss.joint);
+      effort_[j] = T(0.0) - loss.size * d[n_ + j];
+    }
     for (const Spring& s : springs_) {
       const std::size_t j = static_cast<std::size_t>(s.joint);
       const T speed = d[n_ + j], a = d[s.state], b = d[s.state + 1];
-      const T effort = s.part.effort[0] * a + s.part.effort[1] * b;
-      for (std::size_t i = 0; i < n_; ++i) out[n_ + i] = out[n_ + i] + effective_[i * n_ + j] * effort;
+      effort_[j] = effort_[j] + s.part.effort[0] * a + s.part.effort[1] * b;
       out[s.state] = s.part.from_speed[0] * speed + s.part.among[0] * a + s.part.among[1] * b;
       out[s.state + 1] = s.part.from_speed[1] * speed + s.part.among[2] * a + s.part.among[3] * b;
+    }
+    for (const std::size_t j : pulled_) {
+      for (std::size_t i = 0; i < n_; ++i) out[n_ + i] = out[n_ + i] + effective_[i * n_ + j] * effort_[j];
     }
   }
 
@@ -182,25 +212,35 @@ class FastMotion {
     for (std::size_t i = 0; i < n_; ++i)
       for (std::size_t k = 0; k < n_; ++k) effective_[i * n_ + k] = effective_[i * n_ + k] - column_[i] * row[k];
   }
-  /// fastest_: no mode is faster. The squares of the springs' frequencies add up to a trace, which bounds each mode's.
+  /// fastest_: no mode is faster. The squares of the springs' frequencies add up to a trace, which bounds each mode's;
+  /// what losses make of the inertia's inverse is bounded by its Frobenius norm, once it is made symmetric.
   void measure() {
-    T squares(0.0), fading(0.0);
+    T squares(0.0), fading(0.0), lost(0.0);
+    for (const Loss& a : losses_) {
+      for (const Loss& b : losses_) {
+        const T& w = effective_[static_cast<std::size_t>(a.joint) * n_ + static_cast<std::size_t>(b.joint)];
+        lost = lost + a.size * b.size * w * w;
+      }
+    }
     for (const Spring& s : springs_) {
       const std::size_t j = static_cast<std::size_t>(s.joint);
       const FastPart<T>& p = s.part;
       squares = squares + abs(effective_[j * n_ + j] * (p.effort[0] * p.from_speed[0] + p.effort[1] * p.from_speed[1]));
       fading = max(fading, max(abs(p.among[0]) + abs(p.among[1]), abs(p.among[2]) + abs(p.among[3])));
     }
-    fastest_ = sqrt(squares) + fading;
+    fastest_ = sqrt(squares) + sqrt(lost) + fading;
   }
 
   std::size_t n_, size_;
   std::vector<Spring> springs_;
+  std::vector<Loss> losses_;
+  std::vector<std::size_t> pulled_;     ///< joints that either acts on
+  State effort_;                        ///< N m (N), of both on each joint
   State inverse_, factor_, effective_;  ///< n x n; the inverses in 1/(kg m^2), the second with held joints taken out
   State pivot_, column_;
-  State d_, d2_, n2_, n3_, n4_, stage_, still_, slope_, bend_;  ///< of a step
-  State rate_, next_, before_;                                  ///< of a piece
-  T fastest_ = T(0.0);                                          ///< rad/s
+  State d_, n2_, n3_, n4_, stage_, still_, slope_, bend_;  ///< of a step
+  State rate_, next_, before_;                             ///< of a piece
+  T fastest_ = T(0.0);                                     ///< rad/s
 };
 
 }  // namespace lacuna

@@ -60,7 +60,7 @@ class InverseDynamicsRun {
     m_.assign(static_cast<std::size_t>(plant.memories()) + 1, T(0.0));
     for (int j = 0; j < plant.dof(); ++j)
       if (plant.is_fast(j) && !segment.is_pressed(static_cast<std::size_t>(j)))
-        fast_.add(j, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(j)));
+        fast_.add_spring(j, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(j)));
     if (segment.pressures) pressures_ = resampled(*segment.pressures, segment.commands->time, motion_.time);
   }
 

@@ -105,9 +105,21 @@ class Plant {
 
   /// Whether joint j's actuator may be faster than the steps; not behind a spring or a gap, whose own side it moves.
   bool is_fast(int j) const {
-    return std::any_of(joint(j).actuator.begin(), joint(j).actuator.end(),
-                       [](const Bound& c) { return c.hooks->fast != nullptr; }) &&
+    return any_part(j, [](const Hooks<T>& h) { return h.fast != nullptr; }) &&
            !any_effect(j, [](const Hooks<T>& h) { return h.lead != nullptr; });
+  }
+  /// Whether joint j loses effort in proportion to its own speed; how much, N m s/rad (N s/m).
+  bool is_lossy(int j) const {
+    return any_part(j, [](const Hooks<T>& h) { return h.loss != nullptr; }) &&
+           !any_effect(j, [](const Hooks<T>& h) { return h.lead != nullptr; });
+  }
+  T loss(int j) const {
+    T sum(0.0);
+    for (const std::vector<Bound>* parts : {&joint(j).actuator, &joint(j).effects}) {
+      for (const Bound& c : *parts)
+        if (c.hooks->loss != nullptr) sum = sum + c.hooks->loss(&parameters_[c.first]);
+    }
+    return sum;
   }
   bool has_chambers(int j) const { return joint(j).chambers; }
   /// Pa, in either chamber of joint j's actuator in states z; NaN where it has none.
@@ -377,6 +389,12 @@ class Plant {
   bool any_effect(int j, const Test& test) const {
     return std::any_of(joint(j).effects.begin(), joint(j).effects.end(),
                        [&](const Bound& c) { return test(*c.hooks); });
+  }
+  /// Of the actuator and the effects.
+  template <class Test>
+  bool any_part(int j, const Test& test) const {
+    return any_effect(j, test) || std::any_of(joint(j).actuator.begin(), joint(j).actuator.end(),
+                                              [&](const Bound& c) { return test(*c.hooks); });
   }
   JointView<T> view(const JointParts& parts, const Instant<T>& now, const T& q, const T& v, const T& u) const {
     JointView<T> s;

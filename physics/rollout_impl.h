@@ -21,7 +21,8 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
   mass_.assign(n_ * n_, T(0.0));
   for (std::size_t j = 0; j < n_; ++j) {
     const int joint = static_cast<int>(j);
-    if (plant.is_fast(joint)) fast_.add(joint, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(joint)));
+    if (plant.is_fast(joint)) fast_.add_spring(joint, 2 * n_ + static_cast<std::size_t>(plant.actuator_state(joint)));
+    if (plant.is_lossy(joint)) fast_.add_loss(joint);
   }
   rise_.assign(n_, {T(0.0), T(0.0)});
   memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
@@ -350,6 +351,7 @@ void Rollout<T, Dyn>::decide_directions(const Mask<T>& active) {
 template <class T, class Dyn>
 void Rollout<T, Dyn>::look_at_fast_motion() {
   if (fast_.none()) return;
+  for (auto& loss : fast_.losses()) loss.size = plant_.loss(loss.joint);
   plant_.mass_matrix(x_.data(), mass_.data());
   fast_.set_inertia(mass_);
   const Instant<T> now = instant(T(0.0), x_);

@@ -19,6 +19,10 @@ struct DirectEffort {
   static T effort(const T* p, const JointView<T>& s) {
     return p[0] * s.u - p[1] * s.v;
   }
+  template <class T>
+  static T loss(const T* p) {
+    return p[1];
+  }
 };
 
 }  // namespace lacuna

@@ -22,6 +22,10 @@ struct TorqueSource {
   static T effort(const T* p, const JointView<T>& s) {
     return p[0] * s.u - p[1] * s.v - p[2] * (s.q - p[3]);
   }
+  template <class T>
+  static T loss(const T* p) {
+    return p[1];
+  }
 };
 
 }  // namespace lacuna

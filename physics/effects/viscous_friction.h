@@ -24,6 +24,10 @@ struct ViscousFriction {
   static T effort(const T* p, const JointView<T>& s) {
     return T(0.0) - p[0] * s.v;
   }
+  template <class T>
+  static T loss(const T* p) {
+    return p[0];
+  }
 };
 
 }  // namespace lacuna

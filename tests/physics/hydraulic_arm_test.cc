@@ -98,6 +98,20 @@ TEST(HydraulicArm, WithoutHosesIsFasterStillAndMeetsItToo) {
       kTenthOfNoise);
 }
 
+/// A light wrist turns a loss into a decay faster than the steps.
+TEST(HydraulicArm, LossesOfItsJointsAskForNoShorterStep) {
+  Scenario scenario = hydraulic_arm(jumps(2.0, 6.0), kArmStart);
+  const std::vector<double> losses{200.0, 240.0, 84.0, 3.6, 9.2, 0.56};
+  for (std::size_t j = 0; j < losses.size(); ++j)
+    scenario.effects.push_back(effect("viscous_friction", "joint_" + std::to_string(j + 1), {{"D", losses[j]}}));
+  const PlantModel model(scenario);
+  const Experiment experiment = started_experiment(scenario, kArmStart);
+  const auto reference = reference_of(model, experiment);
+  for (const double step : {kStep, 2.0 * kStep})
+    EXPECT_LT(worst_of(predict_one(model, experiment, on("featherstone", step)).front(), reference, 6), kTenthOfNoise)
+        << step;
+}
+
 /// rms over the channels' samples of the worst channel.
 double worst_rms(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b) {
   double worst = 0.0;
