@@ -220,11 +220,20 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
   const auto predict = [&](double step) { return predictions_at(step, model, experiment, options, values, segments); };
 
   std::vector<StepChoice> tried;
-  double step = coarsest;
-  for (Predictions coarse = predict(step); tried.empty() || step >= kFinest; step *= 0.5) {
-    Predictions fine = predict(0.5 * step);
-    tried.push_back({step, kErrorOverChange * largest_change(coarse, fine, experiment, segments)});
-    if (tried.back().error_over_noise < kShare) return tried.back();
+  int parts = 1;  // steps in the longest one
+  for (Predictions coarse = predict(coarsest); tried.empty() || coarsest / parts >= kFinest; parts *= 2) {
+    Predictions fine = predict(0.5 * coarsest / parts);
+    const auto error = [&](const Predictions& at) {
+      return kErrorOverChange * largest_change(at, fine, experiment, segments);
+    };
+    tried.push_back({coarsest / parts, error(coarse)});
+    // Halving may have gone too far by almost two: the longest step in between that keeps to the rule.
+    const double kept = tried.back().error_over_noise;
+    for (int fewer = parts / 2 + 1; kept < kShare && fewer <= parts; ++fewer) {
+      if (kept * std::pow(static_cast<double>(parts) / fewer, 4) >= kShare) continue;  // of fourth order
+      const StepChoice longer{coarsest / fewer, fewer == parts ? kept : error(predict(coarsest / fewer))};
+      if (longer.error_over_noise < kShare) return longer;
+    }
     coarse = std::move(fine);
   }
   const double least = std::ranges::min(tried, {}, &StepChoice::error_over_noise).error_over_noise;

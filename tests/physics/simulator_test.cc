@@ -201,6 +201,19 @@ TEST(Simulator, StopsWhenItIsAskedTo) {
   EXPECT_THROW(predict_one(model, experiment, options), Interrupted);
 }
 
+/// Largest rms of a difference over the channels, over the noise.
+double error_over(double noise, const std::vector<std::vector<double>>& some,
+                  const std::vector<std::vector<double>>& truth) {
+  double worst = 0.0;
+  for (std::size_t c = 0; c < some.size(); ++c) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < some[c].size(); ++k) sum += std::pow(some[c][k] - truth[c][k], 2);
+    const double error = std::sqrt(sum / static_cast<double>(some[c].size())) / noise;
+    worst = std::isfinite(error) ? std::max(worst, error) : HUGE_VAL;
+  }
+  return worst;
+}
+
 TEST(ChooseStep, KeepsTheIntegrationErrorUnderATenthOfTheNoise) {
   for (const double noise : {1e-3, 1e-6, 1e-10}) {
     Scenario scenario = arm(sine_drive(6, 2.0, 0.01, 5.0));
@@ -216,15 +229,31 @@ TEST(ChooseStep, KeepsTheIntegrationErrorUnderATenthOfTheNoise) {
     }
     const auto chosen = predict_one(model, experiment, on("featherstone", choice.step)).front();
     const auto truth = predict_one(model, experiment, on("featherstone", choice.step / 16.0)).front();
-    double worst = 0.0;
-    for (std::size_t c = 0; c < chosen.size(); ++c) {
-      double sum = 0.0;
-      for (std::size_t k = 0; k < chosen[c].size(); ++k) sum += std::pow(chosen[c][k] - truth[c][k], 2);
-      worst = std::max(worst, std::sqrt(sum / static_cast<double>(chosen[c].size())) / noise);
-    }
-    EXPECT_LT(worst, 0.1) << "noise " << noise << " step " << choice.step;
+    EXPECT_LT(error_over(noise, chosen, truth), 0.1) << "noise " << noise << " step " << choice.step;
     EXPECT_LT(choice.error_over_noise, 0.1);
   }
+}
+
+TEST(ChooseStep, IsTheLongestWholePartOfASampleThatKeepsToTheRule) {
+  std::set<int> seen;
+  for (double noise = 3e-4; noise > 1e-8; noise *= 0.4) {
+    Scenario scenario = arm(sine_drive(6, 2.0, 0.01, 3.0));
+    for (const Joint& joint : scenario.robot->joints()) scenario.noise[ChannelKind::position][joint.name] = noise;
+    const PlantModel model(scenario);
+    const Experiment experiment = started_experiment(scenario, kArmStart);
+    const StepChoice choice = choose_step(model, experiment, on("featherstone", 0.01), model.values());
+    const int parts = static_cast<int>(std::lround(0.01 / choice.step));
+    EXPECT_DOUBLE_EQ(choice.step, 0.01 / parts);
+    const auto at = [&](int n) { return predict_one(model, experiment, on("featherstone", 0.01 / n)).front(); };
+    const auto truth = at(16 * parts);
+    EXPECT_LT(error_over(noise, at(parts), truth), 0.1) << noise << ", " << parts << " steps a sample";
+    EXPECT_NEAR(error_over(noise, at(parts), truth), choice.error_over_noise, 0.2 * choice.error_over_noise);
+    // The estimate is of fourth order, the error has others beside it.
+    const double longer = parts > 1 ? error_over(noise, at(parts - 1), truth) : HUGE_VAL;
+    EXPECT_FALSE(longer < 0.08) << noise << ", " << parts << ": " << longer;
+    seen.insert(parts);
+  }
+  EXPECT_TRUE(seen.count(3) > 0 || seen.count(5) > 0 || seen.count(7) > 0) << "only powers of two";
 }
 
 TEST(ChooseStep, TakesNoShortStepsForWhatDivergesAtAnyStep) {
