@@ -48,9 +48,13 @@ std::string findings_table(const Diagnosis& diagnosis) {
     std::vector<std::string> parameters, others;
     for (const Estimate& estimate : finding.parameters)
       parameters.push_back(estimate.name + " = " + with_interval(estimate));
-    for (const std::string& name : finding.members)
-      if (name != finding.effect) others.push_back(name);
-    table.add({finding.effect, finding.place, probability(finding.probability), list_of(parameters), list_of(others)});
+    for (const std::string& name : finding.members) {
+      if (name == finding.effect) continue;
+      const auto rival = std::ranges::find_if(finding.rivals, [&](const Rival& r) { return r.effect == name; });
+      others.push_back(rival == finding.rivals.end() ? name : name + " (" + probability(rival->probability) + ")");
+    }
+    table.add(
+        {finding.effect, finding.place, probability(class_probability(finding)), list_of(parameters), list_of(others)});
   }
   return table.empty() ? "" : table.str() + "\n";
 }

@@ -82,20 +82,21 @@ Html findings_table(const Diagnosis& d, Marks& marks) {
                {"where"},
                {"parameters (95 % interval)"},
                {"probability", true},
-               {"rivals"},
+               {"which of them"},
                {"p-value", true},
                {"held-out gain", true},
                {"held-out share", true}});
   for (const Finding& f : d.findings) {
-    std::vector<std::string> parameters, rivals;
+    std::vector<std::string> parameters;
+    std::vector<std::string> names{fmt::format("{}: {}", effect_title(f.effect), probability(f.probability))};
     for (const Estimate& parameter : f.parameters) parameters.push_back(named_value(parameter));
     for (std::size_t i = 0; i < std::min<std::size_t>(f.rivals.size(), 3); ++i) {
       const Rival& r = f.rivals[i];
-      rivals.push_back(fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.effect, r.place),
-                                   probability(r.probability)));
+      names.push_back(fmt::format("{} at {}: {}", effect_title(r.effect), place_words(r.effect, r.place),
+                                  probability(r.probability)));
     }
     table.row({element("strong", text(effect_title(f.effect)), marked(f, marks)), text(place_words(f.effect, f.place)),
-               lines(parameters), text(probability(f.probability)), lines(rivals), text(chance_words(f.p_value)),
+               lines(parameters), text(probability(class_probability(f))), lines(names), text(chance_words(f.p_value)),
                text(with_error(f.heldout_gain, f.heldout_error)), text(percent(f.heldout_share))});
   }
   return table.html();
@@ -176,7 +177,9 @@ Html findings_section(const Diagnosis& d, Marks& marks) {
   } else {
     out += findings_table(d, marks);
     out += paragraph(
-        "Held-out gain: log-likelihood gained on the validate recordings, \u00b1 standard error. Held-out share: "
+        "The probability is that of the effect or of another that the recordings do not tell from it; which of them "
+        "it is, and how likely what was tried in its place, stands beside it. Held-out gain: log-likelihood gained on "
+        "the validate recordings, \u00b1 standard error. Held-out share: "
         "share of their residual energy removed. The p-value is of the gains on the train and the validate recordings "
         "together, corrected for everything that was tried.",
         "muted small");

@@ -124,6 +124,16 @@ std::string by_effect(const std::vector<Finding>& findings) {
   return out;
 }
 
+std::string probability_words(const Finding& finding) {
+  std::string out = "probability " + probability(class_probability(finding));
+  std::vector<std::string> others;
+  for (const std::string& name : finding.members)
+    if (name != finding.effect) others.push_back(effect_title(name));
+  if (others.empty()) return out;
+  return out +
+         fmt::format("; {} that it is this and not {}", probability(finding.probability), fmt::join(others, " or "));
+}
+
 std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
   constexpr std::size_t kMany = 4;  // findings, from which they are listed by effect
   const bool one = d.findings.size() == 1;
@@ -134,10 +144,7 @@ std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
   if (one) {
     const Finding& finding = d.findings.front();
     const std::string parameters = parameter_words(finding);
-    out += fmt::format(" (probability {}", probability(finding.probability));
-    if (finding.members.size() > 1)
-      out += fmt::format("; {} that it is one of its class", probability(class_probability(finding)));
-    out += ")";
+    out += " (" + probability_words(finding) + ")";
     if (!parameters.empty()) out += ": " + parameters;
   }
   const std::string joint = one && std::isfinite(entry_of(rms_in(d.after, judged_role(d.after)), d.findings[0].place))
@@ -156,7 +163,7 @@ std::string unknown_sentence(const Diagnosis& d) {
   if (!d.findings.empty()) {
     std::vector<std::string> parts;
     for (const Finding& finding : d.findings)
-      parts.push_back(fmt::format("{} (probability {})", finding_words(finding), probability(finding.probability)));
+      parts.push_back(fmt::format("{} ({})", finding_words(finding), probability_words(finding)));
     out += "; beside it " + list_of(parts) + (d.findings.size() == 1 ? " was left out" : " were left out");
   }
   return out + ".";

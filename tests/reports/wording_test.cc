@@ -68,8 +68,8 @@ TEST(Percent, NearlyAllIsNotAll) {
 
 TEST(VerdictSentence, NamesEffectPlaceValueAndImprovement) {
   EXPECT_EQ(verdict_sentence(Scenario{}, sample::diagnosis()),
-            "Coulomb friction at joint_2 was left out (probability 0.98; above 0.99 "
-            "that it is one of its class): Fc = 24.7 N m (23.9 to 25.5); with it the test "
+            "Coulomb friction at joint_2 was left out (probability above 0.99; 0.98 "
+            "that it is this and not Stribeck friction): Fc = 24.7 N m (23.9 to 25.5); with it the test "
             "residual falls from 4.00 to 1.01 times the noise.");
 }
 
