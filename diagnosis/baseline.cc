@@ -14,6 +14,9 @@ namespace {
 constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
+constexpr FurtherStarts kOfMotions{2, 60};  ///< of simulated motions: a population search costs no more than another
+constexpr double kMissed = 0.5;             ///< of the motion's energy about its mean
+
 constexpr double kSearchStep = 2.0;  ///< steps of the population search over those of the fit: it ranks only
 
 /// Weights after the present residual, if one of them differs by enough; whether it does.
@@ -55,28 +58,46 @@ std::optional<LeastSquaresResult> search(const CurrentModel& present, const FitC
   return best.fit;
 }
 
-/// The best of the descents made and of further starts becomes the present solution.
-void best_of(std::vector<LeastSquaresResult> ends, const FitContext& context, std::uint64_t seed, CurrentModel& current,
-             FitResult& fit) {
-  const auto& axes = current.space.axes();
-  const bool priors = std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); });
-  if (!priors) {  // nothing to draw further starts from
-    current.fit = std::move(*std::min_element(
-        ends.begin(), ends.end(), [](const auto& a, const auto& b) { return a.sum_of_squares < b.sum_of_squares; }));
-    return;
+/// Whether a fit leaves more than kMissed of the motion itself: descents meet there that found none of it.
+bool leaves_most_of_the_motion(const CurrentModel& current, const FitContext& context) {
+  double motion = 0.0;
+  for (const int s : context.experiment.with_role(Role::train)) {
+    const std::vector<std::vector<double>>& measured =
+        context.experiment.segments[static_cast<std::size_t>(s)].measured;
+    for (std::size_t c = 0; c < measured.size(); ++c) {
+      double n = 0.0, sum = 0.0, squares = 0.0;
+      for (const double x : measured[c])
+        if (std::isfinite(x)) n += 1.0, sum += x, squares += x * x;
+      if (n > 0.0) motion += (squares - sum * sum / n) / (current.weights[c] * current.weights[c]);
+    }
   }
+  return current.fit.sum_of_squares > kMissed * motion;
+}
+
+double energy(const LeastSquaresResult& end) { return end.sum_of_squares + end.prior_cost; }
+
+/// The best of descents from the start values and from draws about them becomes the present solution; whether two of
+/// them met.
+bool descend_from_several_starts(const FitContext& context, std::uint64_t seed, CurrentModel& current, FitResult& fit) {
+  const auto& axes = current.space.axes();
+  const bool simulated = !std::holds_alternative<InverseDynamics>(context.experiment.prediction);
   Problem problem = problem_of(current, context);
   LeastSquaresOptions descent;
   descent.iterations = kRefitIterations;
   descent.tolerance = kRefitTolerance;
   descent.polish = false;
-  descent.control = context.control.quiet();
-  SeveralStarts found = from_several_starts(problem, context.experiment.with_role(Role::train), std::move(ends),
-                                            noise_is_known(context.experiment), seed, descent);
+  descent.control = context.control;
+  SeveralStarts found =
+      from_several_starts(problem, context.experiment.with_role(Role::train), {current.fit},
+                          noise_is_known(context.experiment), seed, descent, simulated ? kOfMotions : FurtherStarts());
   current.fit = std::move(found.best);
-  fit.arrived = found.arrived;
-  fit.doubt = found.doubt;
   fit.evaluations += found.evaluations;
+  // Without priors a valley that the data leave open has a wall for an end: beside it two ends say nothing.
+  if (std::any_of(axes.begin(), axes.end(), [](const Axis& a) { return std::isfinite(a.prior); })) {
+    fit.arrived = found.arrived;
+    fit.doubt = found.doubt;
+  }
+  return found.met;
 }
 
 }  // namespace
@@ -199,17 +220,17 @@ CurrentModel identify_plain(const PlantModel& model, const Experiment& experimen
   fit = identify(model, experiment, space, from_start);
   const FitContext context = FitContext{experiment, options.simulator, options.control}.with_step(fit.step.step);
   CurrentModel current{model, space, first_weights(model, experiment), fit.solution};
-  std::vector<LeastSquaresResult> ends{fit.solution};
-  if (options.optimizer != Optimizer::lsq && space.size() > 0) {
+  const bool arrived = space.size() == 0 || (descend_from_several_starts(context, options.genetic.seed, current, fit) &&
+                                             !leaves_most_of_the_motion(current, context));
+  if (!arrived && options.optimizer != Optimizer::lsq) {
     FitResult searched;
-    const auto other = search(current, context, options, searched);
-    if (other) ends.push_back(*other);
+    std::optional<LeastSquaresResult> other = search(current, context, options, searched);
     fit.optimizer = to_string(options.optimizer);
     fit.history = std::move(searched.history);
     fit.search_cost = searched.search_cost;
     fit.evaluations += searched.evaluations + (other ? other->evaluations : 0);
+    if (other && energy(*other) < energy(current.fit)) current.fit = std::move(*other);
   }
-  if (space.size() > 0) best_of(std::move(ends), context, options.genetic.seed, current, fit);
   update_weights(current, context);
   refine(current, context);
   record_fit(current, context, fit);

@@ -42,9 +42,10 @@ void evaluate_at(CurrentModel& model, std::vector<double> point, const FitContex
 /// The model at its point on other recordings than it was fitted to.
 CurrentModel seen_in(const CurrentModel& model, const FitContext& context);
 
-/// Population search and least squares from its best, least squares from the scenario's start values as well, from
-/// further starts until two of them meet (from_several_starts), and the best refined. `fit` receives the record of the
-/// search and whether it has arrived.
+/// Least squares from the scenario's start values and from draws about them until two of them meet
+/// (from_several_starts); where none do, or where they have found little of the motion, the population search that
+/// `options` names and least squares from its best as well; the best of all refined. `fit` receives the record of it,
+/// and with priors whether it has arrived.
 CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                             const IdentifyOptions& options, FitResult& fit);
 

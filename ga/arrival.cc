@@ -11,8 +11,6 @@
 namespace lacuna {
 namespace {
 
-constexpr int kDrawn = 4;
-constexpr int kFollowed = 150;                   ///< iterations at most from the best end on: a narrow valley is long
 constexpr std::uint32_t kStartStream = 0x57a27;  ///< purpose of the draws
 constexpr double kBeyondNoise = 2.0;             ///< standard deviations of a chi-square over its mean
 constexpr double kSpread = 0.5;                  ///< of the draws, in standard deviations of the prior
@@ -20,20 +18,24 @@ constexpr double kLeastDamping = 1e-9;           ///< of the look beyond a bound
 
 double energy(const LeastSquaresResult& r) { return r.sum_of_squares + r.prior_cost; }
 
-/// A point of the priors' inner half, within the bounds: further out lie other robots, whose valleys end elsewhere.
+/// A draw about the axis' prior; without one about its start, bounds read as a prior's are: two standard deviations
+/// either way, of the ratio to the start where both are of its sign.
+double drawn(const Axis& axis, RandomStream& random) {
+  const double z = kSpread * random.normal(), range = axis.upper - axis.lower;
+  if (std::isfinite(axis.prior)) return axis.center + axis.prior * z;
+  if (!std::isfinite(range)) return axis.start;
+  const bool one_sign = axis.lower / axis.start > 0.0 && axis.upper / axis.start > 0.0;
+  if (axis.coordinate == Coordinate::linear && one_sign)
+    return axis.start * std::exp(0.25 * std::fabs(std::log(axis.upper / axis.lower)) * z);
+  return axis.start + 0.25 * range * z;
+}
+
+/// A start within the bounds, from the inner half of what the priors allow: further out lie other robots, whose valleys
+/// end elsewhere.
 std::vector<double> drawn_start(const std::vector<Axis>& axes, std::uint64_t seed, int k) {
   RandomStream random(seed, 0, static_cast<std::uint32_t>(k), kStartStream);
   std::vector<double> point;
-  for (const Axis& axis : axes) {
-    const double range = axis.upper - axis.lower;
-    double x = axis.start;
-    if (std::isfinite(axis.prior)) {
-      x = axis.center + kSpread * axis.prior * random.normal();
-    } else if (std::isfinite(range)) {
-      x = axis.lower + range * random.uniform(0.25, 0.75);
-    }
-    point.push_back(std::clamp(x, axis.lower, axis.upper));
-  }
+  for (const Axis& axis : axes) point.push_back(std::clamp(drawn(axis, random), axis.lower, axis.upper));
   return point;
 }
 
@@ -50,10 +52,10 @@ double promised(const Eigen::MatrixXd& normal, const Eigen::VectorXd& slope, con
 }
 
 /// From an end that iterations ran out at, on to the bottom.
-void follow(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options,
+void follow(Problem& problem, std::span<const int> segments, const LeastSquaresOptions& options, int iterations,
             LeastSquaresResult& end, long& evaluations) {
   LeastSquaresOptions further = options;
-  further.iterations = kFollowed;
+  further.iterations = iterations;
   const Eigen::MatrixXd known = std::move(end.jacobian);
   further.jacobian = &known;
   const int before = end.iterations;
@@ -96,7 +98,8 @@ std::string pushed_against_bounds(const PlantModel& model, const SearchSpace& sp
 }
 
 SeveralStarts from_several_starts(Problem& problem, std::span<const int> segments, std::vector<LeastSquaresResult> ends,
-                                  bool noise_known, std::uint64_t seed, const LeastSquaresOptions& options) {
+                                  bool noise_known, std::uint64_t seed, const LeastSquaresOptions& options,
+                                  const FurtherStarts& further) {
   SeveralStarts out;
   const auto better = [](const LeastSquaresResult& a, const LeastSquaresResult& b) { return energy(a) < energy(b); };
   const auto settled = [&] {
@@ -110,10 +113,11 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
   drawn.jacobian = nullptr;
   const auto follow_best = [&] {
     const auto best = std::min_element(ends.begin(), ends.end(), better);
-    if (!best->converged && !settled()) follow(problem, segments, options, *best, out.evaluations);
+    if (further.followed > 0 && !best->converged && !settled())
+      follow(problem, segments, options, further.followed, *best, out.evaluations);
   };
   follow_best();
-  for (int k = 0; k < kDrawn && !settled(); ++k) {
+  for (int k = 0; k < further.drawn && !settled(); ++k) {
     try {
       ends.push_back(solve_least_squares(problem, drawn_start(problem.space().axes(), seed, k), segments, drawn));
       out.evaluations += ends.back().evaluations;
@@ -123,14 +127,14 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
     follow_best();
   }
   out.starts = static_cast<int>(ends.size());
-  const bool met = settled();
+  const bool met = out.met = settled();
   const auto best = std::min_element(ends.begin(), ends.end(), better);
   double next = HUGE_VAL;
   for (auto end = ends.begin(); end != ends.end(); ++end)
     if (end != best) next = std::min(next, energy(*end));
   const std::string pushed = pushed_against_bounds(problem.model(), problem.space(), *best);
   if (!met && !best->converged) {
-    out.doubt = fmt::format("least squares did not come to an end within {} iterations", kFollowed);
+    out.doubt = fmt::format("least squares did not come to an end within {} iterations", best->iterations);
   } else if (!met && !std::isfinite(next)) {
     out.doubt = "no second start could be simulated, so nothing says whether the best was reached";
   } else if (!met) {

@@ -14,18 +14,26 @@ constexpr double kSameEnd = 0.02;
 /// The best of several descents.
 struct SeveralStarts {
   LeastSquaresResult best;
-  bool arrived = false;
-  std::string doubt;  ///< why not, in words; empty where it has arrived
+  bool met = false;      ///< the best is down to the noise, or came to its end, and another one ended beside it
+  bool arrived = false;  ///< so it is, and no bound cuts the way on
+  std::string doubt;     ///< why not, in words; empty where it has arrived
   long evaluations = 0;
   int starts = 0;  ///< all together
 };
 
-/// `ends`: descents made already, at least one. Draws further starts from the axes' priors (without one, from the
-/// middle half of the range) until the residual is down to the noise (`noise_known`: the problem's weights are it), or
-/// two descents end within kSameEnd of the best; arrived then, unless least squares did not come to an end or a bound
-/// cuts the way on. At most four are drawn.
+/// What may be spent on further starts.
+struct FurtherStarts {
+  int drawn = 4;       ///< at most
+  int followed = 150;  ///< iterations from the best end on, where it has not come to its end: a narrow valley is long
+};
+
+/// `ends`: descents made already, at least one. Draws further starts from the axes' priors (without one, about the
+/// start, bounds read as priors' are) until the residual is down to the noise (`noise_known`: the problem's weights are
+/// it), or two descents end within kSameEnd of the best; arrived then, unless least squares did not come to an end or a
+/// bound cuts the way on.
 SeveralStarts from_several_starts(Problem& problem, std::span<const int> segments, std::vector<LeastSquaresResult> ends,
-                                  bool noise_known, std::uint64_t seed, const LeastSquaresOptions& options);
+                                  bool noise_known, std::uint64_t seed, const LeastSquaresOptions& options,
+                                  const FurtherStarts& further = {});
 
 /// Names of coordinates at a bound beyond which the energy would fall by more than kSameEnd; empty for none. By the
 /// linear look from the solution's end.
