@@ -58,7 +58,11 @@ target_link_libraries(lacuna
 target_include_directories(lacuna SYSTEM PRIVATE ${RANDOM123_INCLUDE} ${LACUNA_ENGINE_INCLUDES})
 target_link_libraries(lacuna PRIVATE ${LACUNA_ENGINE_LIBRARIES})
 if(LACUNA_WITH_RENDER AND LACUNA_WITH_MUJOCO)
-  target_link_libraries(lacuna PRIVATE ${OSMESA_LIBRARY})
+  # Loaded when it is needed, by the name that its programs look for.
+  get_filename_component(osmesa ${OSMESA_LIBRARY} REALPATH)
+  string(REGEX MATCH "[^/]*\\.so\\.[0-9]+" osmesa ${osmesa})
+  set_source_files_properties(render/osmesa.cc PROPERTIES COMPILE_DEFINITIONS LACUNA_OSMESA="${osmesa}")
+  target_link_libraries(lacuna PRIVATE ${CMAKE_DL_LIBS})
 endif()
 if(LACUNA_WITH_ASSIMP)
   target_include_directories(lacuna SYSTEM PRIVATE ${ASSIMP_INCLUDE_DIR})

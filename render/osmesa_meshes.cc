@@ -1,8 +1,6 @@
 #include "render/osmesa_meshes.h"
 
-#include <GL/gl.h>
-#include <GL/osmesa.h>
-
+#include "render/osmesa.h"
 #include "scenarios/error.h"
 #include "scenarios/mesh.h"
 
@@ -17,7 +15,7 @@ constexpr float kSpecular = 0.35f, kShininess = 64.0f;  // as MuJoCo makes of th
 /// OpenGL's functions as OSMesa has them; others of the same name may be in the process.
 template <typename Function>
 Function* proc(const char* name) {
-  auto* out = reinterpret_cast<Function*>(OSMesaGetProcAddress(name));
+  auto* out = reinterpret_cast<Function*>(osmesa().proc(name));
   if (out == nullptr) throw WorkError(std::string("OSMesa lacks ") + name);
   return out;
 }

@@ -1,7 +1,5 @@
 // Snapshots through MuJoCo's renderer on Mesa's software OpenGL. MuJoCo's physics takes no part: its scene is one
 // floor and one lamp, and the robot's solids are added to it as decoration.
-#include <GL/gl.h>
-#include <GL/osmesa.h>
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <stdexcept>
 
 #include "render/figure.h"
+#include "render/osmesa.h"
 #include "render/osmesa_meshes.h"
 #include "render/overlay.h"
 #include "render/snapshot.h"
@@ -209,7 +208,7 @@ class Painter {
   class Turn {
    public:
     explicit Turn(Painter& painter) : lock_(painter.mutex_) { painter.make_current(); }
-    ~Turn() { OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0); }
+    ~Turn() { osmesa().make_current(nullptr, nullptr, 0, 0, 0); }
     Turn(const Turn&) = delete;
     Turn& operator=(const Turn&) = delete;
 
@@ -246,7 +245,7 @@ Painter::Painter()
   } catch (const WorkError& error) {
     reason_ = error.what();
   }
-  if (mesa_) OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0);
+  if (mesa_) osmesa().make_current(nullptr, nullptr, 0, 0, 0);
 }
 
 void Painter::open() {
@@ -259,7 +258,7 @@ void Painter::open() {
                             OSMESA_PROFILE,
                             OSMESA_COMPAT_PROFILE,
                             0};
-  mesa_ = OSMesaCreateContextAttribs(attributes, nullptr);
+  mesa_ = osmesa().create(attributes, nullptr);
   if (!mesa_) throw WorkError("OSMesa gives no OpenGL context");
   make_current();
   check_opengl();
@@ -271,15 +270,15 @@ void Painter::open() {
 }
 
 void Painter::make_current() {
-  if (!OSMesaMakeCurrent(mesa_, window_.data(), GL_UNSIGNED_BYTE, 16, 16)) {
+  if (!osmesa().make_current(mesa_, window_.data(), GL_UNSIGNED_BYTE, 16, 16)) {
     throw WorkError("OSMesa's context cannot be made current");
   }
 }
 
 // What MuJoCo's context needs. It ends the process where it meets less, so it is asked for before.
 void Painter::check_opengl() const {
-  const auto get_string = reinterpret_cast<const GLubyte* (*)(GLenum)>(OSMesaGetProcAddress("glGetString"));
-  const auto get_integer = reinterpret_cast<void (*)(GLenum, GLint*)>(OSMesaGetProcAddress("glGetIntegerv"));
+  const auto get_string = reinterpret_cast<const GLubyte* (*)(GLenum)>(osmesa().proc("glGetString"));
+  const auto get_integer = reinterpret_cast<void (*)(GLenum, GLint*)>(osmesa().proc("glGetIntegerv"));
   if (!get_string || !get_integer) throw WorkError("OSMesa lacks OpenGL's queries");
   const auto* extensions = reinterpret_cast<const char*>(get_string(GL_EXTENSIONS));
   for (const char* name : {"GL_ARB_framebuffer_object", "GL_ARB_vertex_buffer_object", "GL_ARB_depth_texture"}) {
