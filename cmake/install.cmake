@@ -20,7 +20,7 @@ list(JOIN LACUNA_PACKAGE_ENGINES "|" engines)
 foreach(room scenarios backends physics draft ga study diagnosis diff compare trial reports render)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/${room}/*.h)
   # Headers over a library other than Eigen, and those of the generator, are ours alone.
-  list(FILTER headers EXCLUDE REGEX "^backends/(${engines})/|^physics/lanes\\.h$|^reports/(json_text|packed)\\.h$|^scenarios/generate/")
+  list(FILTER headers EXCLUDE REGEX "^backends/(${engines})/|^physics/lanes\\.h$|^reports/(json_text|packed)\\.h$|^render/osmesa\\.h$|^scenarios/generate/")
   foreach(header IN LISTS headers)
     get_filename_component(folder ${header} DIRECTORY)
     install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lacuna/${folder})
