@@ -7,7 +7,7 @@
 //   d' = L d + N(d, t):
 // L is that linear part, kept over a step, and N all the rest, slow. Krogstad's fourth-order method evaluates the whole
 // plant where Kutta's does, as often, and carries L by itself in between; where L = 0 it is Kutta's (S. Krogstad, J.
-// Comput. Phys. 203 (2005) 72-88, eq. 51; of its stages only the last has less than third order where L is stiff, M.
+// Comput. Phys. 203 (2005), ETDRK4-B). A stiff L leaves it third order, and Cox and Matthews' scheme second (M.
 // Hochbruck, A. Ostermann, SIAM J. Numer. Anal. 43 (2005)). L couples all joints: an effort on one accelerates every
 // other through the arm's inertia,
 //   q' = v,   v' = M^-1 ((dtau/dz) z - D v),   z' = (dz'/dv) v + (dz'/dz) z   (departures).
