@@ -74,8 +74,6 @@ bool leaves_most_of_the_motion(const CurrentModel& current, const FitContext& co
   return current.fit.sum_of_squares > kMissed * motion;
 }
 
-double energy(const LeastSquaresResult& end) { return end.sum_of_squares + end.prior_cost; }
-
 /// The best of descents from the start values and from draws about them becomes the present solution; whether two of
 /// them met.
 bool descend_from_several_starts(const FitContext& context, std::uint64_t seed, CurrentModel& current, FitResult& fit) {

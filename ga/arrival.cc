@@ -16,8 +16,6 @@ constexpr double kBeyondNoise = 2.0;             ///< standard deviations of a c
 constexpr double kSpread = 0.5;                  ///< of the draws, in standard deviations of the prior
 constexpr double kLeastDamping = 1e-9;           ///< of the look beyond a bound: what is near singular stays
 
-double energy(const LeastSquaresResult& r) { return r.sum_of_squares + r.prior_cost; }
-
 /// A draw about the axis' prior; without one about its start, bounds read as a prior's are: two standard deviations
 /// either way, of the ratio to the start where both are of its sign.
 double drawn(const Axis& axis, RandomStream& random) {
@@ -113,8 +111,7 @@ SeveralStarts from_several_starts(Problem& problem, std::span<const int> segment
   drawn.jacobian = nullptr;
   const auto follow_best = [&] {
     const auto best = std::min_element(ends.begin(), ends.end(), better);
-    if (further.followed > 0 && !best->converged && !settled())
-      follow(problem, segments, options, further.followed, *best, out.evaluations);
+    if (!best->converged && !settled()) follow(problem, segments, options, further.followed, *best, out.evaluations);
   };
   follow_best();
   for (int k = 0; k < further.drawn && !settled(); ++k) {

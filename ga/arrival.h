@@ -21,6 +21,9 @@ struct SeveralStarts {
   int starts = 0;  ///< all together
 };
 
+/// What descents are compared by: what each has minimised.
+inline double energy(const LeastSquaresResult& end) { return end.sum_of_squares + end.prior_cost; }
+
 /// What may be spent on further starts.
 struct FurtherStarts {
   int drawn = 4;       ///< at most

@@ -12,22 +12,11 @@ using namespace test;
 const PendulumTruth kOffGuess{2.0, 1.5, 6.0, 1.0};
 
 /// A pendulum's problem, descended from its start values.
-struct Descended {
+struct Descended : Setting {
   explicit Descended(Scenario given, Coordinates coordinates = Coordinates::values)
-      : scenario(std::move(given)),
-        model(scenario),
-        experiment(make_experiment(scenario)),
-        space(model, scenario, coordinates),
-        problem(model, experiment, space, on("featherstone", 0.005), first_weights(model, experiment)),
-        train(experiment.with_role(Role::train)),
+      : Setting(std::move(given), 0.005, "featherstone", coordinates),
         first(solve_least_squares(problem, space.start(), train, {})) {}
   SeveralStarts further(bool noise_known) { return from_several_starts(problem, train, {first}, noise_known, 1, {}); }
-  Scenario scenario;
-  PlantModel model;
-  Experiment experiment;
-  SearchSpace space;
-  Problem problem;
-  std::vector<int> train;
   LeastSquaresResult first;
 };
 

@@ -9,23 +9,6 @@ namespace {
 
 using namespace test;
 
-/// Everything that a Problem refers to, kept alive.
-struct Setting {
-  explicit Setting(Scenario given, double step = 0.005, const std::string& engine = "featherstone")
-      : scenario(std::move(given)),
-        model(scenario),
-        experiment(make_experiment(scenario)),
-        space(model, scenario),
-        problem(model, experiment, space, on(engine, step), first_weights(model, experiment)),
-        train(experiment.with_role(Role::train)) {}
-  Scenario scenario;
-  PlantModel model;
-  Experiment experiment;
-  SearchSpace space;
-  Problem problem;
-  std::vector<int> train;
-};
-
 const PendulumTruth kFar{2.0, 1.5, 6.0, 1.0};
 const std::vector<std::string> kDrive{"gain", "damping", "stiffness"};
 

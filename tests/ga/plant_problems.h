@@ -80,4 +80,22 @@ inline Scenario two_machines(std::vector<EffectSpec> concealed = {}, const std::
   return scenario;
 }
 
+/// Everything that a Problem refers to, kept alive.
+struct Setting {
+  explicit Setting(Scenario given, double step = 0.005, const std::string& engine = "featherstone",
+                   Coordinates coordinates = Coordinates::values)
+      : scenario(std::move(given)),
+        model(scenario),
+        experiment(make_experiment(scenario)),
+        space(model, scenario, coordinates),
+        problem(model, experiment, space, on(engine, step), first_weights(model, experiment)),
+        train(experiment.with_role(Role::train)) {}
+  Scenario scenario;
+  PlantModel model;
+  Experiment experiment;
+  SearchSpace space;
+  Problem problem;
+  std::vector<int> train;
+};
+
 }  // namespace lacuna::test
