@@ -4,6 +4,7 @@
 
 #include <Eigen/SVD>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "scenarios/error.h"
@@ -103,8 +104,8 @@ double moved(const Axis& axis, double x, double step) {
 /// freely and are cut at their bounds. (Ceres' own bounded search takes several times the simulations here: its line
 /// search asks for a Jacobian at every trial.) A Jacobian costs as many simulations as there are coordinates; so after
 /// a step that did what it promised the old one is kept, with Broyden's rank-one update in the units of its columns,
-/// and only the end is checked with a new one. Trials of several dampings are lanes of one pass. Source: C. G. Broyden,
-/// Math. Comp. 19 (1965).
+/// and only the end is checked with a new one. Where a step does not, coarser dampings are tried in one call. Source:
+/// C. G. Broyden, Math. Comp. 19 (1965).
 class ProjectedDescent {
  public:
   /// From result.point, where `residual` stands.
@@ -130,18 +131,10 @@ class ProjectedDescent {
     const double cost = cost_of(residual_, result_.point);
     for (int tried = 0; tried < kDampings;) {
       const std::vector<std::vector<double>> fan = steps();
-      const std::vector<Eigen::VectorXd> moved = problem_.residuals(fan, segments_);
-      result_.evaluations += static_cast<long>(fan.size());
-      std::size_t best = fan.size();
-      double least = cost;
-      for (std::size_t k = 0; k < fan.size(); ++k) {
-        const double sum = moved[k].allFinite() ? cost_of(moved[k], fan[k]) : HUGE_VAL;
-        if (sum < least) least = sum, best = k;
-      }
-      if (best < fan.size()) {
-        damping_ = std::max(0.1 * damping_ * std::pow(kCoarser, static_cast<double>(best)), 1e-12);
-        accept(fan[best], moved[best]);
-        return (cost - least) / cost;
+      if (const std::optional<Trial> best = best_of(fan, cost)) {
+        damping_ = std::max(0.1 * damping_ * std::pow(kCoarser, static_cast<double>(best->at)), 1e-12);
+        accept(fan[best->at], best->residual);
+        return (cost - best->cost) / cost;
       }
       if (state_ != State::exact) {
         if (!renew()) return 0.0;
@@ -153,10 +146,14 @@ class ProjectedDescent {
     return 0.0;
   }
 
-  /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
+  /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost. The step asked is not damped: a
+  /// combination that the data hardly determine may have far to go, of which a damped one would go a hair.
   bool at_the_bottom(double tolerance) {
     if (state_ != State::exact && !renew()) return true;
-    return promise_of(way_to(steps().front())) <= tolerance * cost_of(residual_, result_.point);
+    const double undamped[] = {0.0};
+    if (promise_of(way_to(ends(undamped).front())) <= tolerance * cost_of(residual_, result_.point)) return true;
+    damping_ = std::min(damping_, kFree);
+    return false;
   }
 
   const Eigen::VectorXd& residual() const { return residual_; }
@@ -164,11 +161,36 @@ class ProjectedDescent {
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
 
  private:
-  static constexpr int kDampings = 8;      ///< tried before it gives up; where lanes are, in one call
+  static constexpr int kDampings = 8;      ///< tried before it gives up
   static constexpr double kCoarser = 8.0;  ///< one over the next
   static constexpr double kFloor = 1e-13;  ///< damping that a singular matrix needs
-  static constexpr double kKept = 0.5;  ///< of what a step promised: less, and the next one begins with a new Jacobian
+  static constexpr double kFree = 1e-10;   ///< damping that holds no combination which 1e5 samples could tell
+  /// Of what a step promised: less, and other dampings are asked, and the next one begins with a new Jacobian.
+  static constexpr double kKept = 0.5;
   enum class State { doubtful, updated, exact };
+  struct Trial {
+    std::size_t at;  ///< in the fan
+    double cost;
+    Eigen::VectorXd residual;
+  };
+
+  /// The one that costs least, if that is under `cost`. Where the first keeps its promise, nothing is gained by asking
+  /// the others, which together cost as many passes of the lanes as several steps.
+  std::optional<Trial> best_of(const std::vector<std::vector<double>>& fan, double cost) {
+    std::optional<Trial> best;
+    const auto ask = [&](std::size_t first, std::size_t count) {
+      std::vector<Eigen::VectorXd> moved = problem_.residuals(std::span(fan).subspan(first, count), segments_);
+      result_.evaluations += static_cast<long>(count);
+      for (std::size_t k = 0; k < count; ++k) {
+        const double sum = moved[k].allFinite() ? cost_of(moved[k], fan[first + k]) : HUGE_VAL;
+        if (sum < (best ? best->cost : cost)) best = Trial{first + k, sum, std::move(moved[k])};
+      }
+    };
+    ask(0, 1);
+    const bool kept = best && cost - best->cost > kKept * promise_of(way_to(fan.front()));
+    if (!kept && fan.size() > 1) ask(1, fan.size() - 1);
+    return best;
+  }
 
   bool renew() {
     jacobian_ = problem_.jacobian(result_.point, residual_, segments_);
@@ -242,8 +264,15 @@ class ProjectedDescent {
     jacobian_.noalias() += a * b.transpose();
   }
 
-  /// Where the step ends at the present damping and, where they cost no more, at coarser ones.
+  /// Where the step ends at the present damping and at coarser ones.
   std::vector<std::vector<double>> steps() const {
+    std::vector<double> dampings(fan(), damping_);
+    for (std::size_t k = 1; k < dampings.size(); ++k) dampings[k] = kCoarser * dampings[k - 1];
+    return ends(dampings);
+  }
+
+  /// Where steps at these dampings end.
+  std::vector<std::vector<double>> ends(std::span<const double> dampings) const {
     const Eigen::VectorXd slope = gradient();
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
@@ -255,11 +284,10 @@ class ProjectedDescent {
     if (free.empty()) return {result_.point};
     Eigen::MatrixXd normal = normal_(free, free);
     normal.diagonal() += prior_(free);
-    std::vector<std::vector<double>> out(fan(), result_.point);
-    double damping = damping_;
-    for (std::vector<double>& next : out) {
+    std::vector<std::vector<double>> out;
+    for (const double damping : dampings) {
       const Eigen::VectorXd delta = damped_step(normal, slope(free), damping + kFloor, floor_(free));
-      damping *= kCoarser;
+      std::vector<double>& next = out.emplace_back(result_.point);
       for (std::size_t k = 0; k < free.size(); ++k) {
         const std::size_t a = static_cast<std::size_t>(free[k]);
         next[a] =
@@ -269,7 +297,7 @@ class ProjectedDescent {
     return out;
   }
 
-  /// Dampings tried in one call: all where so few segments leave lanes idle, two where the segments fill them.
+  /// Dampings that a step has a choice of: all where so few segments leave lanes idle, two where they fill them.
   std::size_t fan() const {
     const std::size_t lanes = static_cast<std::size_t>(problem_.simulator().lanes());
     if (lanes == 1) return 1;

@@ -158,13 +158,13 @@ TEST(LeastSquares, TakesFewJacobiansAndAKnownOneSparesTheFirst) {
   EXPECT_LE(fits.again.evaluations, 3 + 9) << "one new Jacobian and one iteration's trials at most";
 }
 
-TEST(LeastSquares, TriesEightDampingsInOnePassToTheSameEnd) {
+TEST(LeastSquares, AsksCoarserDampingsOnlyWhereAStepBreaksItsPromiseToTheSameEnd) {
   const std::string single = engine_without_lanes();
   if (single.empty()) GTEST_SKIP() << "every engine built computes several models at once";
   Fits lanes("featherstone"), one(single);
   ASSERT_GT(lanes.s.problem.simulator().lanes(), 1);
   EXPECT_TRUE(lanes.first.converged);
-  EXPECT_LT(lanes.first.evaluations, lanes.first.iterations * (3 + 8));
+  EXPECT_LT(lanes.first.evaluations, lanes.first.iterations * (3 + 2)) << "seldom all eight";
   const Identifiability known = identifiability(one.s.space, one.first.point, one.first.jacobian, 1.0, 1.0);
   for (Eigen::Index a = 0; a < 3; ++a) {
     const auto k = static_cast<std::size_t>(a);
@@ -206,6 +206,24 @@ TEST(LeastSquares, MinimisesTheSumOfDataAndPriors) {
     const Identifiability known = identifiability(space, fit.point, fit.jacobian, 1.0, 1.0);
     EXPECT_LT((known.covariance - normal.inverse()).norm(), 1e-6 * known.covariance.norm());
   }
+}
+
+TEST(LeastSquares, TakesACombinationThatTheDataHardlyDetermineToItsBottom) {
+  // The common factor of gain, damping, stiffness and mass is known to half a percent by four priors of a percent, all
+  // else a thousand times better; the fit begins one of its standard deviations off.
+  Setting s(pendulum_problem({}, {"gain", "damping", "stiffness", "mass"}, 1e-5));
+  const SearchSpace space = with_priors(s.space, s.space.start(), 0.01);
+  Problem problem(s.model, s.experiment, space, on("featherstone", 0.005), first_weights(s.model, s.experiment));
+  std::vector<double> start = space.start();
+  for (double& x : start) x *= 1.005;
+  const Eigen::MatrixXd there = problem.jacobian(start, problem.residual(start, s.train), s.train);
+  LeastSquaresOptions options;
+  options.polish = false;
+  options.jacobian = &there;
+  options.nearby = true;
+  const LeastSquaresResult fit = solve_least_squares(problem, start, s.train, options);
+  for (std::size_t a = 0; a < 4; ++a)
+    EXPECT_NEAR(fit.point[a] / space.axes()[a].center, 1.0, 0.2 * 0.005) << "axis " << a;
 }
 
 TEST(LeastSquares, LeavesAnUndeterminedDirectionAtTheCentreOfItsPrior) {
