@@ -375,6 +375,11 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     if (out.before.arrived) found = search_missing_physics(scenario, context, before, saved, out, report);
     current = std::move(found.model);
     context.simulator.max_step = found.max_step, step = found.step;
+    settle(current, context, step);
+    if (out.findings.empty()) {
+      before = current;
+      record_fit(before, context, out.before);
+    }
   }
   CurrentModel named = current;
   const Experiment with_events = learn(scenario, context, before, current, named, out, report);

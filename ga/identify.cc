@@ -289,6 +289,29 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   }
 }
 
+double shift_by_integration(Problem& problem, std::span<const int> segments, const LeastSquaresResult& solution) {
+  constexpr double kThousandth = 1e-3;
+  const auto& axes = problem.space().axes();
+  const ByChannel whitened = whitened_by_channel(problem, problem.layout(segments), solution);
+  const Identifiability known = identifiability(problem.space(), solution.point, whitened.jacobian, 1.0, 1.0);
+  const Eigen::VectorXd errors = standard_errors(known, whitened, problem.layout(segments));
+  Problem finer = problem.at_step(0.5 * problem.options().max_step);
+  const Eigen::VectorXd error =
+      kErrorOverChange * (problem.residual(solution.point, segments) - finer.residual(solution.point, segments));
+  const Eigen::MatrixXd& J = solution.jacobian;
+  Eigen::MatrixXd normal = J.transpose() * J;
+  normal.diagonal() += prior_information(axes);
+  const Eigen::VectorXd shift = damped_step(normal, J.transpose() * error, 0.0, least_curvatures(axes));
+  double most = 0.0;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    const bool relative = axes[a].coordinate == Coordinate::logarithm;
+    const double size = relative ? 1.0 : coordinate_size(solution.point[a], axes[a].lower, axes[a].upper);
+    most = std::max(most, std::fabs(shift(i)) / std::max(errors(i), kThousandth * size));
+  }
+  return most;
+}
+
 namespace {
 
 /// Other starts: the best of them, as good as this one, in place of the present solution.

@@ -60,6 +60,9 @@ class Problem {
   /// one.
   Eigen::MatrixXd reweighed(Eigen::MatrixXd rows, const Problem& before, std::span<const int> segments) const;
 
+  /// The same simulated at another step, s.
+  Problem at_step(double step) const;
+
   /// Layout of the stacked residual.
   std::vector<ResidualBlock> layout(std::span<const int> segments) const;
 
@@ -69,7 +72,6 @@ class Problem {
 
  private:
   void whiten_starts();
-  Problem at_step(double step) const;
   /// The present step, doubled as often as the sensitivity along one direction through all coordinates stays the same,
   /// s.
   double sensitivity_step(const std::vector<double>& point, const Eigen::VectorXd& at, std::span<const int> segments);
