@@ -15,7 +15,7 @@ constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
 constexpr double kShift = 0.2;          ///< of a standard error: an interval is wider by 2 % for it
-constexpr double kFinestStep = 1.0e-4;  ///< s
+constexpr double kShortestStep = 1.0e-4;  ///< s
 
 constexpr FurtherStarts kOfMotions{2, 60};  ///< of simulated motions: a population search costs no more than another
 constexpr double kMissed = 0.5;             ///< of the motion's energy about its mean
@@ -216,7 +216,7 @@ void refine(CurrentModel& current, const FitContext& context, int iterations) {
 void settle(CurrentModel& current, FitContext& context, StepChoice& step) {
   if (std::holds_alternative<InverseDynamics>(context.experiment.prediction) || current.space.size() == 0) return;
   const std::vector<int> train = context.experiment.with_role(Role::train);
-  for (; context.simulator.max_step > 2.0 * kFinestStep; context.simulator.max_step *= 0.5) {
+  for (; context.simulator.max_step > 2.0 * kShortestStep; context.simulator.max_step *= 0.5) {
     Problem problem = problem_of(current, context);
     if (!(shift_by_integration(problem, train, current.fit) > kShift)) break;
     refine(current, context.with_step(0.5 * context.simulator.max_step));

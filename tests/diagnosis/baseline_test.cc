@@ -50,5 +50,55 @@ TEST(IdentifyPlain, SearchesAPopulationWhereDescentsFindLittleOfTheMotion) {
   EXPECT_EQ(end.fit.optimizer, "ga+lsq");
 }
 
+/// A pendulum fitted at a step whose error stays under a tenth of the noise, as choose_step asks.
+struct FittedAtATenth {
+  Setting s{pendulum_problem({2.5, 1.0, 5.0, 1.0}, {"gain", "damping", "stiffness"}, 2e-4, {}, 30.0, engine_of_data())};
+  StepChoice step =
+      choose_step(s.model, s.experiment, on("featherstone", 1.0), s.model.values());
+  FitContext context{s.experiment, on("featherstone", step.step), {}};
+  CurrentModel model{s.model, s.space, first_weights(s.model, s.experiment), {}};
+
+  FittedAtATenth() {
+    model.fit.point = s.space.start();
+    refine(model, context);
+  }
+  CurrentModel at(double other_step) const {
+    CurrentModel out = model;
+    refine(out, context.with_step(other_step));
+    return out;
+  }
+  /// Largest distance of two fits, in standard errors.
+  double apart(const CurrentModel& a, const CurrentModel& b) const {
+    const Identifiability known = identifiability(a.space, a.fit.point, a.fit.jacobian, 1.0, 1.0);
+    double most = 0.0;
+    for (std::size_t k = 0; k < a.fit.point.size(); ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      most = std::max(most, std::fabs(a.fit.point[k] - b.fit.point[k]) / std::sqrt(known.covariance(i, i)));
+    }
+    return most;
+  }
+};
+
+TEST(Settle, TheShiftByIntegrationIsHowFarAFinerStepMovesTheFit) {
+  FittedAtATenth f;
+  Problem problem(f.model.model, f.s.experiment, f.model.space, f.context.simulator, f.model.weights);
+  const double shift = shift_by_integration(problem, f.s.train, f.model.fit);
+  EXPECT_LT(f.step.error_over_noise, 0.1);
+  EXPECT_GT(shift, 0.3) << "the predictions' rule leaves the numbers further off than a standard error's fifth";
+  EXPECT_NEAR(shift, f.apart(f.model, f.at(f.step.step / 8.0)), 0.15 * shift + 0.05);
+}
+
+TEST(Settle, LeavesTheNumbersWhereAFinerStepWouldPutThem) {
+  FittedAtATenth f;
+  const CurrentModel finest = f.at(f.step.step / 16.0);
+  ASSERT_GT(f.apart(f.model, finest), 0.3);
+  StepChoice step = f.step;
+  settle(f.model, f.context, step);
+  EXPECT_LT(step.step, f.step.step);
+  EXPECT_DOUBLE_EQ(step.step, f.context.simulator.max_step);
+  EXPECT_LT(step.error_over_noise, 0.1 * f.step.error_over_noise);
+  EXPECT_LT(f.apart(f.model, finest), 0.25);
+}
+
 }  // namespace
 }  // namespace lacuna
