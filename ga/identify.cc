@@ -290,7 +290,7 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
 }
 
 double shift_by_integration(Problem& problem, std::span<const int> segments, const LeastSquaresResult& solution) {
-  constexpr double kThousandth = 1e-3;
+  constexpr double kExact = 1e-5;  // of a number's size: without noise there is no error to hold a shift against
   const auto& axes = problem.space().axes();
   const ByChannel whitened = whitened_by_channel(problem, problem.layout(segments), solution);
   const Identifiability known = identifiability(problem.space(), solution.point, whitened.jacobian, 1.0, 1.0);
@@ -307,7 +307,7 @@ double shift_by_integration(Problem& problem, std::span<const int> segments, con
     const auto i = static_cast<Eigen::Index>(a);
     const bool relative = axes[a].coordinate == Coordinate::logarithm;
     const double size = relative ? 1.0 : coordinate_size(solution.point[a], axes[a].lower, axes[a].upper);
-    most = std::max(most, std::fabs(shift(i)) / std::max(errors(i), kThousandth * size));
+    most = std::max(most, std::fabs(shift(i)) / std::max(errors(i), kExact * size));
   }
   return most;
 }

@@ -73,7 +73,7 @@ struct FitResult {
 FitResult identify(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,
                    const IdentifyOptions& options);
 
-/// By how much of its standard error as reported (or of a thousandth of its size, where that is more), at most, the
+/// By how much of its standard error as reported (or of 1e-5 of its size, where that is more), at most, the
 /// integration error moves a coordinate of a solution over `segments`: what halving the step changes in the residual
 /// (Richardson), sent through the fit's own sensitivities. A tenth of the noise in the predictions may be several
 /// standard errors of a combination that the recordings hardly determine.
