@@ -99,7 +99,7 @@ TEST(Settle, TheShiftByIntegrationIsHowFarAFinerStepMovesTheFit) {
   const double shift = shift_by_integration(problem, f.s.train, f.model.fit);
   EXPECT_LT(f.step.error_over_noise, 0.1);
   EXPECT_GT(shift, 0.3) << "the predictions' rule leaves the numbers further off than a standard error's fifth";
-  EXPECT_NEAR(shift, f.apart(f.model, f.at(f.step.step / 8.0)), 0.15 * shift + 0.05);
+  EXPECT_NEAR(shift, f.apart(f.model, f.at(f.step.step / 8.0)), 0.3 * shift) << "about: the fits end within .2 of each";
 }
 
 TEST(Settle, LeavesTheNumbersWhereAFinerStepWouldPutThem) {
