@@ -14,7 +14,7 @@ namespace {
 constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
-constexpr double kShift = 0.2;          ///< of a standard error: an interval is wider by 2 % for it
+constexpr double kShift = 0.2;            ///< of a standard error: an interval is wider by 2 % for it
 constexpr double kShortestStep = 1.0e-4;  ///< s
 
 constexpr FurtherStarts kOfMotions{2, 60};  ///< of simulated motions: a population search costs no more than another

@@ -152,7 +152,7 @@ class ProjectedDescent {
     if (state_ != State::exact && !renew()) return true;
     const double undamped[] = {0.0};
     if (promise_of(way_to(ends(undamped).front())) <= tolerance * cost_of(residual_, result_.point)) return true;
-    damping_ = std::min(damping_, kFree);
+    damping_ *= kFreer;
     return false;
   }
 
@@ -164,7 +164,7 @@ class ProjectedDescent {
   static constexpr int kDampings = 8;      ///< tried before it gives up
   static constexpr double kCoarser = 8.0;  ///< one over the next
   static constexpr double kFloor = 1e-13;  ///< damping that a singular matrix needs
-  static constexpr double kFree = 1e-10;   ///< damping that holds no combination which 1e5 samples could tell
+  static constexpr double kFreer = 1e-3;   ///< where an undamped step has more to gain; coarser ones are still tried
   /// Of what a step promised: less, and other dampings are asked, and the next one begins with a new Jacobian.
   static constexpr double kKept = 0.5;
   enum class State { doubtful, updated, exact };
