@@ -213,7 +213,7 @@ void refine(CurrentModel& current, const FitContext& context, int iterations) {
   }
 }
 
-void settle(CurrentModel& current, FitContext& context, StepChoice& step) {
+void settle(CurrentModel& current, FitContext& context) {
   if (std::holds_alternative<InverseDynamics>(context.experiment.prediction) || current.space.size() == 0) return;
   const std::vector<int> train = context.experiment.with_role(Role::train);
   for (; context.simulator.max_step > 2.0 * kShortestStep; context.simulator.max_step *= 0.5) {
@@ -221,8 +221,6 @@ void settle(CurrentModel& current, FitContext& context, StepChoice& step) {
     if (!(shift_by_integration(problem, train, current.fit) > kShift)) break;
     refine(current, context.with_step(0.5 * context.simulator.max_step));
   }
-  if (context.simulator.max_step < step.step)
-    step = measured_step(current.model, context.experiment, context.simulator, current.space.expand(current.fit.point));
 }
 
 CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,

@@ -37,8 +37,8 @@ bool refit(CurrentModel& model, const FitContext& context, double tolerance = kR
 void refine(CurrentModel& current, const FitContext& context, int iterations = kRefitIterations);
 
 /// The model refined at the step that its numbers need: the context's, halved as often as the integration error moves
-/// one of them by more than a fifth of its standard error (shift_by_integration). The context and `step` receive it.
-void settle(CurrentModel& current, FitContext& context, StepChoice& step);
+/// one of them by more than a fifth of its standard error (shift_by_integration). The context receives it.
+void settle(CurrentModel& current, FitContext& context);
 
 /// The model at a point, its residual and sensitivities on the train recordings evaluated there: same point, same bits.
 void evaluate_at(CurrentModel& model, std::vector<double> point, const FitContext& context);

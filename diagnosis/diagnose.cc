@@ -375,7 +375,9 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     if (out.before.arrived) found = search_missing_physics(scenario, context, before, saved, out, report);
     current = std::move(found.model);
     context.simulator.max_step = found.max_step, step = found.step;
-    settle(current, context, step);
+    // The fit alone asks for that step: what follows it, other engines among it, would take several times as long.
+    FitContext of_numbers = context;
+    settle(current, of_numbers);
     if (out.findings.empty()) {
       before = current;
       record_fit(before, context, out.before);

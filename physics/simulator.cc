@@ -245,14 +245,4 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
   return *std::ranges::find_if(tried, [&](const StepChoice& c) { return c.error_over_noise <= kNoBetter * least; });
 }
 
-StepChoice measured_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
-                         std::span<const double> values) {
-  const double step = options.max_step;
-  if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {step, 0.0};
-  const std::vector<int> segments = windows_to_measure_on(experiment);
-  const Predictions coarse = predictions_at(step, model, experiment, options, values, segments),
-                    fine = predictions_at(0.5 * step, model, experiment, options, values, segments);
-  return {step, kErrorOverChange * largest_change(coarse, fine, experiment, segments)};
-}
-
 }  // namespace lacuna

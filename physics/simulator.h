@@ -84,8 +84,5 @@ struct StepChoice {
 /// worth the shortest. No measured value is looked at but the starts.
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values);
-/// The error of the options' own step.
-StepChoice measured_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
-                         std::span<const double> values);
 
 }  // namespace lacuna

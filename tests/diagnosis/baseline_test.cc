@@ -106,11 +106,8 @@ TEST(Settle, LeavesTheNumbersWhereAFinerStepWouldPutThem) {
   FittedAtATenth f;
   const CurrentModel finest = f.at(f.step.step / 16.0);
   ASSERT_GT(f.apart(f.model, finest), 0.3);
-  StepChoice step = f.step;
-  settle(f.model, f.context, step);
-  EXPECT_LT(step.step, f.step.step);
-  EXPECT_DOUBLE_EQ(step.step, f.context.simulator.max_step);
-  EXPECT_LT(step.error_over_noise, 0.1 * f.step.error_over_noise);
+  settle(f.model, f.context);
+  EXPECT_LT(f.context.simulator.max_step, f.step.step);
   EXPECT_LT(f.apart(f.model, finest), 0.25);
 }
 
