@@ -195,15 +195,6 @@ double largest_change(const Predictions& coarse, const Predictions& fine, const 
   return worst;
 }
 
-/// Of every recording, whatever its role: where a stiff mode rings at a step, one motion may hide it and the next not.
-std::vector<int> windows_to_measure_on(const Experiment& experiment) {
-  constexpr std::size_t kMost = 12;  // spread evenly
-  const std::size_t all = experiment.segments.size(), every = (all + kMost - 1) / kMost;
-  std::vector<int> out;
-  for (std::size_t s = 0; s < all; s += every) out.push_back(static_cast<int>(s));
-  return out;
-}
-
 }  // namespace
 
 std::unique_ptr<Simulator> make_simulator(const PlantModel& model, const Experiment& experiment,
@@ -215,13 +206,17 @@ LaneInfo lane_info() { return {lane_choice().name, lane_choice().width}; }
 
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values) {
-  constexpr double kFinest = 1.0e-4;  // s
-  constexpr double kShare = 0.1;      // of the noise, the project's rule
-  constexpr double kNoBetter = 2.0;   // error over the least one: no reason for ever shorter steps
+  constexpr double kFinest = 1.0e-4;         // s
+  constexpr std::size_t kMostSegments = 12;  // windows: a dozen, spread evenly
+  constexpr double kShare = 0.1;             // of the noise, the project's rule
+  constexpr double kNoBetter = 2.0;          // error over the least one: no reason for ever shorter steps
   // Steps end at samples, so a step longer than the sampling period is none.
   const double coarsest = std::min(0.010, experiment.sample_period);
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return {coarsest, 0.0};
-  const std::vector<int> segments = windows_to_measure_on(experiment);
+  // Of every recording, whatever its role: where a stiff mode rings at a step, one motion may hide it and the next not.
+  const std::size_t all = experiment.segments.size(), every = (all + kMostSegments - 1) / kMostSegments;
+  std::vector<int> segments;
+  for (std::size_t s = 0; s < all; s += every) segments.push_back(static_cast<int>(s));
   const auto predict = [&](double step) { return predictions_at(step, model, experiment, options, values, segments); };
 
   std::vector<StepChoice> tried;
