@@ -14,8 +14,7 @@ namespace {
 constexpr int kReweightings = 1;
 constexpr double kSameWeight = 0.1;  ///< relative change of a weight that is worth another fit
 
-constexpr double kShift = 0.2;            ///< of a standard error: an interval is wider by 2 % for it
-constexpr double kShortestStep = 1.0e-4;  ///< s
+constexpr double kShift = 0.2;  ///< of a standard error: an interval is wider by 2 % for it
 
 constexpr FurtherStarts kOfMotions{2, 60};  ///< of simulated motions: a population search costs no more than another
 constexpr double kMissed = 0.5;             ///< of the motion's energy about its mean
@@ -213,14 +212,17 @@ void refine(CurrentModel& current, const FitContext& context, int iterations) {
   }
 }
 
-void settle(CurrentModel& current, FitContext& context) {
-  if (std::holds_alternative<InverseDynamics>(context.experiment.prediction) || current.space.size() == 0) return;
+double settle(CurrentModel& current, FitContext context) {
   const std::vector<int> train = context.experiment.with_role(Role::train);
-  for (; context.simulator.max_step > 2.0 * kShortestStep; context.simulator.max_step *= 0.5) {
+  double& step = context.simulator.max_step;
+  const bool simulated = !std::holds_alternative<InverseDynamics>(context.experiment.prediction);
+  while (simulated && current.space.size() > 0 && 0.5 * step >= kShortestStep) {
     Problem problem = problem_of(current, context);
     if (!(shift_by_integration(problem, train, current.fit) > kShift)) break;
-    refine(current, context.with_step(0.5 * context.simulator.max_step));
+    step *= 0.5;
+    refine(current, context);
   }
+  return step;
 }
 
 CurrentModel identify_plain(const PlantModel& model, const Experiment& experiment, const SearchSpace& space,

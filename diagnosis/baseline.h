@@ -36,9 +36,9 @@ bool refit(CurrentModel& model, const FitContext& context, double tolerance = kR
 /// Least squares from the model's present point, weights brought up to date and the fit repeated until they stand.
 void refine(CurrentModel& current, const FitContext& context, int iterations = kRefitIterations);
 
-/// The model refined at the step that its numbers need: the context's, halved as often as the integration error moves
-/// one of them by more than a fifth of its standard error (shift_by_integration). The context receives it.
-void settle(CurrentModel& current, FitContext& context);
+/// The model refined at the step that its numbers need: the context's, halved as long as the integration error moves
+/// one of them by more than a fifth of its standard error (shift_by_integration). That step, s.
+double settle(CurrentModel& current, FitContext context);
 
 /// The model at a point, its residual and sensitivities on the train recordings evaluated there: same point, same bits.
 void evaluate_at(CurrentModel& model, std::vector<double> point, const FitContext& context);

@@ -375,9 +375,13 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     if (out.before.arrived) found = search_missing_physics(scenario, context, before, saved, out, report);
     current = std::move(found.model);
     context.simulator.max_step = found.max_step, step = found.step;
-    // The fit alone asks for that step: what follows it, other engines among it, would take several times as long.
-    FitContext of_numbers = context;
-    settle(current, of_numbers);
+    // The fit alone takes that step: what follows it, other engines among it, would take several times as long.
+    if (const double finer = settle(current, context); finer < found.max_step)
+      out.notes.push_back(
+          fmt::format("the parameters were fitted at an integration step of {:.2g} s: at that of the predictions "
+                      "({:.2g} s) the error "
+                      "of integration would have moved one of them by more than a fifth of its standard error",
+                      finer, found.max_step));
     if (out.findings.empty()) {
       before = current;
       record_fit(before, context, out.before);

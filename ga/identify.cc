@@ -117,6 +117,16 @@ Eigen::VectorXd standard_errors(const Identifiability& known, const ByChannel& f
       sandwich_errors(known.covariance, fit.jacobian, fit.residual, time_blocks(blocks, correlation)));
 }
 
+/// Standard errors as they are reported, and what they rest on.
+Eigen::VectorXd reported_errors(Problem& problem, std::span<const int> segments, const LeastSquaresResult& s,
+                                double& effective, Identifiability& known) {
+  const auto blocks = problem.layout(segments);
+  const ByChannel whitened = whitened_by_channel(problem, blocks, s);
+  effective = whitened.effective;
+  known = identifiability(problem.space(), s.point, whitened.jacobian, 1.0, 1.0);
+  return standard_errors(known, whitened, blocks);
+}
+
 Estimate mass_estimate(const PlantModel& model, int parameter, double value, double low, double high) {
   const Parameter& p = model.parameters()[static_cast<std::size_t>(parameter)];
   return {p.name, p.unit, value, low, high, false, false, false};
@@ -267,12 +277,8 @@ JointRms rms_by_channel(const Problem& problem, const Eigen::VectorXd& r, std::s
 
 void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& problem, std::span<const int> segments,
                   FitResult& fit) {
-  const auto blocks = problem.layout(segments);
   const LeastSquaresResult& s = fit.solution;
-  const ByChannel whitened = whitened_by_channel(problem, blocks, s);
-  fit.effective_samples = whitened.effective;
-  fit.identifiability = identifiability(space, s.point, whitened.jacobian, 1.0, 1.0);
-  const Eigen::VectorXd errors = standard_errors(fit.identifiability, whitened, blocks);
+  const Eigen::VectorXd errors = reported_errors(problem, segments, s, fit.effective_samples, fit.identifiability);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {
     fit.estimates.push_back(estimate_of(model, space.axes()[a], s.point[a], errors(static_cast<Eigen::Index>(a)),
@@ -292,21 +298,18 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
 double shift_by_integration(Problem& problem, std::span<const int> segments, const LeastSquaresResult& solution) {
   constexpr double kExact = 1e-5;  // of a number's size: without noise there is no error to hold a shift against
   const auto& axes = problem.space().axes();
-  const ByChannel whitened = whitened_by_channel(problem, problem.layout(segments), solution);
-  const Identifiability known = identifiability(problem.space(), solution.point, whitened.jacobian, 1.0, 1.0);
-  const Eigen::VectorXd errors = standard_errors(known, whitened, problem.layout(segments));
+  double effective = 0.0;
+  Identifiability known;
+  const Eigen::VectorXd errors = reported_errors(problem, segments, solution, effective, known);
   Problem finer = problem.at_step(0.5 * problem.options().max_step);
-  const Eigen::VectorXd error =
-      kErrorOverChange * (problem.residual(solution.point, segments) - finer.residual(solution.point, segments));
-  const Eigen::MatrixXd& J = solution.jacobian;
-  Eigen::MatrixXd normal = J.transpose() * J;
+  const Eigen::VectorXd error = kErrorOverChange * (solution.residual - finer.residual(solution.point, segments));
+  Eigen::MatrixXd normal = solution.jacobian.transpose() * solution.jacobian;
   normal.diagonal() += prior_information(axes);
-  const Eigen::VectorXd shift = damped_step(normal, J.transpose() * error, 0.0, least_curvatures(axes));
+  const Eigen::VectorXd shift = damped_step(normal, solution.jacobian.transpose() * error, 0.0, least_curvatures(axes));
   double most = 0.0;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const auto i = static_cast<Eigen::Index>(a);
-    const bool relative = axes[a].coordinate == Coordinate::logarithm;
-    const double size = relative ? 1.0 : coordinate_size(solution.point[a], axes[a].lower, axes[a].upper);
+    const double size = coordinate_size(axes[a], solution.point[a]);
     most = std::max(most, std::fabs(shift(i)) / std::max(errors(i), kExact * size));
   }
   return most;

@@ -74,9 +74,9 @@ FitResult identify(const PlantModel& model, const Experiment& experiment, const 
                    const IdentifyOptions& options);
 
 /// By how much of its standard error as reported (or of 1e-5 of its size, where that is more), at most, the
-/// integration error moves a coordinate of a solution over `segments`: what halving the step changes in the residual
-/// (Richardson), sent through the fit's own sensitivities. A tenth of the noise in the predictions may be several
-/// standard errors of a combination that the recordings hardly determine.
+/// integration error moves a coordinate of a solution found in `problem` over `segments`: what halving the step changes
+/// in the residual (Richardson), sent through the fit's own sensitivities. A tenth of the noise in the predictions may
+/// be several standard errors of a combination that the recordings hardly determine.
 double shift_by_integration(Problem& problem, std::span<const int> segments, const LeastSquaresResult& solution);
 
 /// Estimates with 95 % intervals, identifiability, and the combinations in words, from a least-squares solution over

@@ -462,6 +462,10 @@ double coordinate_size(double value, double lower, double upper) {
   return size > 1e-3 * range || !std::isfinite(range) ? std::max(size, 1e-12) : range;
 }
 
+double coordinate_size(const Axis& axis, double value) {
+  return axis.coordinate == Coordinate::logarithm ? 1.0 : coordinate_size(value, axis.lower, axis.upper);
+}
+
 namespace {
 
 /// Covariance, in units of `sizes`, of what data of variance `scale` and priors know together.
@@ -480,11 +484,8 @@ Eigen::MatrixXd posterior(const Eigen::MatrixXd& scaled, const Eigen::VectorXd& 
 Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
                                 const Eigen::MatrixXd& jacobian, double variance, double samples_share) {
   Eigen::VectorXd sizes(jacobian.cols());
-  for (std::size_t a = 0; a < space.size(); ++a) {
-    const Axis& axis = space.axes()[a];
-    const bool relative = axis.coordinate == Coordinate::logarithm;  // by itself
-    sizes(static_cast<Eigen::Index>(a)) = relative ? 1.0 : coordinate_size(point[a], axis.lower, axis.upper);
-  }
+  for (std::size_t a = 0; a < space.size(); ++a)
+    sizes(static_cast<Eigen::Index>(a)) = coordinate_size(space.axes()[a], point[a]);
   return identifiability(sizes, jacobian, variance, samples_share, prior_information(space.axes()));
 }
 

@@ -84,5 +84,7 @@ Identifiability identifiability(const Eigen::VectorXd& sizes, const Eigen::Matri
                                 double samples_share, const Eigen::VectorXd& prior = {});
 /// What a coordinate's relative error is counted in: its value, or where that is near zero the width of its bounds.
 double coordinate_size(double value, double lower, double upper);
+/// The same of a search coordinate; a logarithm is relative by itself.
+double coordinate_size(const Axis& axis, double value);
 
 }  // namespace lacuna

@@ -206,7 +206,6 @@ LaneInfo lane_info() { return {lane_choice().name, lane_choice().width}; }
 
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values) {
-  constexpr double kFinest = 1.0e-4;         // s
   constexpr std::size_t kMostSegments = 12;  // windows: a dozen, spread evenly
   constexpr double kShare = 0.1;             // of the noise, the project's rule
   constexpr double kNoBetter = 2.0;          // error over the least one: no reason for ever shorter steps
@@ -221,7 +220,7 @@ StepChoice choose_step(const PlantModel& model, const Experiment& experiment, co
 
   std::vector<StepChoice> tried;
   int parts = 1;  // steps in the longest one
-  for (Predictions coarse = predict(coarsest); tried.empty() || coarsest / parts >= kFinest; parts *= 2) {
+  for (Predictions coarse = predict(coarsest); tried.empty() || coarsest / parts >= kShortestStep; parts *= 2) {
     Predictions fine = predict(0.5 * coarsest / parts);
     const auto error = [&](const Predictions& at) {
       return kErrorOverChange * largest_change(at, fine, experiment, segments);

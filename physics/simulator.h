@@ -78,10 +78,11 @@ struct StepChoice {
   double step = 0.0;              ///< s
   double error_over_noise = 0.0;  ///< measured by halving
 };
+inline constexpr double kShortestStep = 1e-4;  ///< s: none is tried below it
 /// Halves the step from 10 ms, or the sampling period where that is shorter, until the error stays under a tenth of the
-/// noise on every recording; then the longest whole part of it in between that does. Where no step down to .1 ms
-/// reaches that, the longest that does about as well as the best: what diverges or forgets its start at any step is not
-/// worth the shortest. No measured value is looked at but the starts.
+/// noise on every recording; then the longest whole part of it in between that does. Where no step down to
+/// kShortestStep reaches that, the longest that does about as well as the best: what diverges or forgets its start at
+/// any step is not worth the shortest. No measured value is looked at but the starts.
 StepChoice choose_step(const PlantModel& model, const Experiment& experiment, const SimulatorOptions& options,
                        std::span<const double> values);
 
