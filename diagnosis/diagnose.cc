@@ -376,11 +376,11 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     current = std::move(found.model);
     context.simulator.max_step = found.max_step, step = found.step;
     // The fit alone takes that step: what follows it, other engines among it, would take several times as long.
-    if (const double finer = settle(current, context); finer < found.max_step)
+    const double finer = settle(current, context);
+    if (finer < found.max_step)
       out.notes.push_back(
-          fmt::format("the parameters were fitted at an integration step of {:.2g} s: at that of the predictions "
-                      "({:.2g} s) the error "
-                      "of integration would have moved one of them by more than a fifth of its standard error",
+          fmt::format("the parameters were fitted at an integration step of {:.2g} s, at which its error moves none of "
+                      "them by more than a fifth of its standard error; predictions are simulated at {:.2g} s",
                       finer, found.max_step));
     if (out.findings.empty()) {
       before = current;
