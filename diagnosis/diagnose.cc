@@ -296,6 +296,20 @@ void note_missing(const Scenario& scenario, Diagnosis& out) {
   }
 }
 
+/// The model to report at the step that its numbers need; where nothing was found that is the plain one. The fit alone
+/// takes that step: what follows it, other engines among it, would take several times as long.
+void fit_at_its_own_step(CurrentModel& current, CurrentModel& before, const FitContext& context, Diagnosis& out) {
+  const double step = settle(current, context);
+  if (step < context.simulator.max_step)
+    out.notes.push_back(
+        fmt::format("the parameters were fitted at an integration step of {:.2g} s, at which its error moves none of "
+                    "them by more than a fifth of its standard error; predictions are simulated at {:.2g} s",
+                    step, context.simulator.max_step));
+  if (!out.findings.empty()) return;
+  before = current;
+  record_fit(before, context, out.before);
+}
+
 }  // namespace
 
 double class_probability(const Finding& finding) {
@@ -375,17 +389,7 @@ Diagnosis diagnose(const Scenario& scenario, const DiagnoseOptions& options) {
     if (out.before.arrived) found = search_missing_physics(scenario, context, before, saved, out, report);
     current = std::move(found.model);
     context.simulator.max_step = found.max_step, step = found.step;
-    // The fit alone takes that step: what follows it, other engines among it, would take several times as long.
-    const double finer = settle(current, context);
-    if (finer < found.max_step)
-      out.notes.push_back(
-          fmt::format("the parameters were fitted at an integration step of {:.2g} s, at which its error moves none of "
-                      "them by more than a fifth of its standard error; predictions are simulated at {:.2g} s",
-                      finer, found.max_step));
-    if (out.findings.empty()) {
-      before = current;
-      record_fit(before, context, out.before);
-    }
+    if (out.before.arrived) fit_at_its_own_step(current, before, context, out);
   }
   CurrentModel named = current;
   const Experiment with_events = learn(scenario, context, before, current, named, out, report);
