@@ -146,18 +146,14 @@ class ProjectedDescent {
     return 0.0;
   }
 
-  /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost.
+  /// Whether a new Jacobian, too, promises no more than `tolerance` of the cost. The step asked is not damped: a
+  /// combination that the data hardly determine may have far to go, of which a damped one would go a hair.
   bool at_the_bottom(double tolerance) {
     if (state_ != State::exact && !renew()) return true;
-    if (promises_nothing(tolerance)) return true;
+    const double undamped[] = {0.0};
+    if (promise_of(way_to(ends(undamped).front())) <= tolerance * cost_of(residual_, result_.point)) return true;
     damping_ *= kFreer;
     return false;
-  }
-
-  /// Whether it begins there: no step is taken then, after which another Jacobian would have to say so.
-  bool begins_at_the_bottom(double tolerance) {
-    if (state_ == State::doubtful && !renew()) return true;
-    return state_ == State::exact && promises_nothing(tolerance);
   }
 
   const Eigen::VectorXd& residual() const { return residual_; }
@@ -194,13 +190,6 @@ class ProjectedDescent {
     const bool kept = best && cost - best->cost > kKept * promise_of(way_to(fan.front()));
     if (!kept && fan.size() > 1) ask(1, fan.size() - 1);
     return best;
-  }
-
-  /// Whether an exact Jacobian promises no more than `tolerance` of the cost. The step asked is not damped: a
-  /// combination that the data hardly determine may have far to go, of which a damped one would go a hair.
-  bool promises_nothing(double tolerance) const {
-    const double undamped[] = {0.0};
-    return promise_of(way_to(ends(undamped).front())) <= tolerance * cost_of(residual_, result_.point);
   }
 
   bool renew() {
@@ -333,7 +322,6 @@ void descend(Problem& problem, std::span<const int> segments, const LeastSquares
   const Eigen::Index rows = problem.layout(segments).back().first + problem.layout(segments).back().count;
   const double least = kLikelihoodShare / static_cast<double>(rows), tolerance = std::max(options.tolerance, least);
   int idle = 0;
-  result.converged = descent.begins_at_the_bottom(tolerance);
   for (result.iterations = 0; !result.converged && result.iterations < options.iterations; ++result.iterations) {
     const RunControl& control = options.control;
     if (control.stop != nullptr && *control.stop) throw Interrupted();

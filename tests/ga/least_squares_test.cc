@@ -251,19 +251,6 @@ TEST(LeastSquares, LeavesAnUndeterminedDirectionAtTheCentreOfItsPrior) {
   }
 }
 
-TEST(LeastSquares, AsksForOneJacobianAloneWhereItBeginsAtTheBottom) {
-  Setting s(pendulum_problem(kFar, kDrive, 1e-3));
-  LeastSquaresOptions options;
-  options.polish = false;
-  const LeastSquaresResult first = solve_least_squares(s.problem, s.space.start(), s.train, options);
-  const LeastSquaresResult again = solve_least_squares(s.problem, first.point, s.train, options);
-  EXPECT_GT(first.iterations, 0);
-  EXPECT_TRUE(again.converged);
-  EXPECT_EQ(again.evaluations, static_cast<long>(s.space.size()));
-  EXPECT_EQ(again.point, first.point);
-  EXPECT_EQ(again.jacobian.cols(), static_cast<Eigen::Index>(s.space.size()));
-}
-
 TEST(LeastSquares, RefusesAPointOfAnotherSpace) {
   Setting s(pendulum_problem(kFar, kDrive, 1e-3));
   EXPECT_THROW(solve_least_squares(s.problem, {1.0, 2.0}, s.train), std::invalid_argument);
