@@ -61,7 +61,7 @@ void Dynamics::mass_matrix(std::span<const double> q, Eigen::MatrixXd& mass) {
 
 void Dynamics::body_poses(std::span<const double> q, std::vector<Eigen::Isometry3d>& poses) {
   check_size("q", q.size(), dof());
-  poses.resize(static_cast<std::size_t>(dof()));
+  poses.resize(dof());
   do_body_poses(q.data(), poses);
 }
 

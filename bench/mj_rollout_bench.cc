@@ -41,7 +41,7 @@ class Mujoco {
     m->opt.timestep = kStep;
     m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_LIMIT;  // as ours: the arm alone
     for (int j = 0; j < kJoints; ++j) {
-      const ActuatorSpec& spec = scenario.actuators[static_cast<std::size_t>(j)];
+      const ActuatorSpec& spec = scenario.actuators[j];
       m->dof_damping[j] = number(spec, "damping");
       m->jnt_stiffness[j] = number(spec, "stiffness");
       m->qpos_spring[j] = number(spec, "rest");
@@ -49,8 +49,7 @@ class Mujoco {
     for (int s = 0; s < sets; ++s) {
       each_.emplace_back(mj_copyModel(nullptr, m));
       data_.emplace_back(mj_makeData(m));
-      for (int j = 0; j < kJoints; ++j)
-        gains_.push_back(gain_factor(s, sets) * number(scenario.actuators[static_cast<std::size_t>(j)], "gain"));
+      for (int j = 0; j < kJoints; ++j) gains_.push_back(gain_factor(s, sets) * number(scenario.actuators[j], "gain"));
     }
   }
 
@@ -59,8 +58,7 @@ class Mujoco {
     std::vector<std::thread> workers;
     for (int t = 0; t < threads_; ++t)
       workers.emplace_back([this, t, integrator] {
-        for (std::size_t s = static_cast<std::size_t>(t); s < each_.size(); s += static_cast<std::size_t>(threads_))
-          run(s, integrator, nullptr);
+        for (std::size_t s = t; s < each_.size(); s += static_cast<std::size_t>(threads_)) run(s, integrator, nullptr);
       });
     for (std::thread& worker : workers) worker.join();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -83,8 +81,7 @@ class Mujoco {
     for (std::size_t k = 0; k + 1 < commands.rows(); ++k) {
       if (out != nullptr) record(*data, *out);
       for (int j = 0; j < kJoints; ++j)
-        data->qfrc_applied[j] = gains_[set * kJoints + static_cast<std::size_t>(j)] *
-                                commands.columns[1 + 2 * static_cast<std::size_t>(j)][k];
+        data->qfrc_applied[j] = gains_[set * kJoints + j] * commands.columns[1 + 2 * static_cast<std::size_t>(j)][k];
       for (int piece = 0; piece < pieces; ++piece) mj_step(model, data);
     }
     if (out != nullptr) record(*data, *out);
@@ -126,8 +123,7 @@ Positions positions_of(Runs& runs) {
 double largest_difference(const Positions& a, const Positions& b) {
   double out = a.size() == b.size() ? 0.0 : HUGE_VAL;
   for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
-    for (int j = 0; j < kJoints; ++j)
-      out = std::max(out, std::fabs(a[k][static_cast<std::size_t>(j)] - b[k][static_cast<std::size_t>(j)]));
+    for (int j = 0; j < kJoints; ++j) out = std::max(out, std::fabs(a[k][j] - b[k][j]));
   return out;
 }
 

@@ -20,7 +20,7 @@ class Population {
   Population(int size, int threads)
       : space_(model_, scenario_),
         problem_(model_, experiment_, space_, on(threads), first_weights(model_, experiment_)) {
-    points_.assign(static_cast<std::size_t>(size), space_.start());
+    points_.assign(size, space_.start());
     for (std::size_t i = 0; i < points_.size(); ++i)
       points_[i][0] *= 0.7 + 0.6 * static_cast<double>(i) / static_cast<double>(points_.size());
     costs_.resize(points_.size());

@@ -16,7 +16,7 @@ void rollout(benchmark::State& bench, const std::string& engine, int models) {
   SimulatorOptions options;
   options.engine = engine;
   auto simulator = make_simulator(model, experiment, options);
-  std::vector<std::vector<double>> values(static_cast<std::size_t>(models), model.values());
+  std::vector<std::vector<double>> values(models, model.values());
   const std::vector<int> segments{0};
   double factor = 1.0;
   for (auto _ : bench) {

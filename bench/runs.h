@@ -23,8 +23,8 @@ class Runs {
       : model_(scenario),
         experiment_(make_experiment(scenario)),
         simulator_(make_simulator(model_, experiment_, options)),
-        values_(static_cast<std::size_t>(sets), model_.values()) {
-    for (int set = 0; vary && set < sets; ++set) vary(model_, set, values_[static_cast<std::size_t>(set)]);
+        values_(sets, model_.values()) {
+    for (int set = 0; vary && set < sets; ++set) vary(model_, set, values_[set]);
   }
   Runs(const Runs&) = delete;  // the simulator looks at what stands beside it
 

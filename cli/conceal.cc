@@ -54,7 +54,7 @@ ConcealOptions understood(const Session& session, const ConcealFlags& flags) {
   bool partial = false;
   for (HiddenEffect& effect : out.effects) {
     const int type = find_effect(effect.effect);
-    if (type < 0 || !effect_table()[static_cast<std::size_t>(type)].per_recording) continue;
+    if (type < 0 || !effect_table()[type].per_recording) continue;
     effect.recordings = flags.recordings;
     partial = true;
   }

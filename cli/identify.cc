@@ -76,7 +76,7 @@ std::vector<Trace> traces_of(const Search& search, const FitResult& fit, const S
   std::vector<int> segments;
   for (const Role role : {Role::test, Role::validate, Role::train})
     if (segments.empty()) segments = search.experiment.with_role(role);
-  const auto at = [&](int s) -> const Segment& { return search.experiment.segments[static_cast<std::size_t>(s)]; };
+  const auto at = [&](int s) -> const Segment& { return search.experiment.segments[s]; };
   const std::string file = at(segments.front()).file;
   std::erase_if(segments, [&](int s) { return at(s).file != file; });
   const std::vector<Channel>& channels = search.experiment.channels;
@@ -84,18 +84,15 @@ std::vector<Trace> traces_of(const Search& search, const FitResult& fit, const S
       2, std::vector<std::vector<std::vector<double>>>(search.experiment.segments.size()));
   const std::vector<std::vector<double>> both{search.model.values(), fit.values};
   make_simulator(search.model, search.experiment, simulator)->run(both, segments, [&](int i, int s, const auto& p) {
-    predicted[static_cast<std::size_t>(i)][static_cast<std::size_t>(s)] = p;
+    predicted[i][s] = p;
   });
   std::vector<Trace> out;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (!is_leading(search.experiment, c)) continue;
-    Trace trace{
-        file, search.experiment.joint_names[static_cast<std::size_t>(channels[c].joint)], channels[c].unit, {}, {}, {},
-        {}};
+    Trace trace{file, search.experiment.joint_names[channels[c].joint], channels[c].unit, {}, {}, {}, {}};
     for (const int s : segments) {
       const Segment& segment = at(s);
-      const auto &before = predicted[0][static_cast<std::size_t>(s)][c],
-                 &after = predicted[1][static_cast<std::size_t>(s)][c];
+      const auto &before = predicted[0][s][c], &after = predicted[1][s][c];
       for (std::size_t k = 0; k < after.size(); ++k) {
         trace.time.push_back(segment.compared_time(k));
         trace.measured.push_back(segment.measured[c][k]);

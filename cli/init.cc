@@ -171,7 +171,7 @@ void bring_recordings(const fs::path& folder, const std::vector<Placed>& placed,
   for (std::size_t i = 0; i < placed.size(); ++i) {
     if (draft.time_scale != 1.0) {
       Recording scaled = *request.recordings[i].data;
-      for (double& t : scaled.columns[static_cast<std::size_t>(scaled.find(draft.time_column))]) t *= draft.time_scale;
+      for (double& t : scaled.columns[scaled.find(draft.time_column)]) t *= draft.time_scale;
       write_csv(folder / in_seconds(placed[i].name), scaled);
     } else {
       for (const Placed& one : all_files({placed[i]}))

@@ -102,11 +102,9 @@ class Writer {
   }
 
  private:
-  const Joint& joint(int i) const { return robot_.joints()[static_cast<std::size_t>(i)]; }
-  const Component& actuator(int i) const { return model_.actuators()[static_cast<std::size_t>(i)]; }
-  std::string model_name(int i) const {
-    return actuator(i).type < 0 ? "" : actuator_table()[static_cast<std::size_t>(actuator(i).type)].name;
-  }
+  const Joint& joint(int i) const { return robot_.joints()[i]; }
+  const Component& actuator(int i) const { return model_.actuators()[i]; }
+  std::string model_name(int i) const { return actuator(i).type < 0 ? "" : actuator_table()[actuator(i).type].name; }
 
   void put_visuals(int carrier) {
     for (const Link& link : robot_.links()) {
@@ -116,9 +114,9 @@ class Writer {
   }
 
   void put_body(int i) {
-    xml_.open("body").set("name", robot_.links()[static_cast<std::size_t>(joint(i).link)].name);
+    xml_.open("body").set("name", robot_.links()[joint(i).link].name);
     put_pose(xml_, joint(i).origin);
-    put_inertial(xml_, inertials_[static_cast<std::size_t>(i)]);
+    put_inertial(xml_, inertials_[i]);
     put_joint(i);
     put_visuals(i);
     for (int child = i + 1; child < robot_.dof(); ++child)
@@ -138,7 +136,7 @@ class Writer {
     }
     const double friction = sum_over_effects(i, {"coulomb_friction", "stribeck_friction"}, "Fc");
     if (friction > 0.0) xml_.set("frictionloss", friction);
-    const double armature = armatures_[static_cast<std::size_t>(i)];
+    const double armature = armatures_[i];
     if (armature > 0.0) xml_.set("armature", armature);
     xml_.close();
   }
@@ -146,7 +144,7 @@ class Writer {
   double sum_over_effects(int i, std::initializer_list<std::string_view> names, const char* parameter) const {
     double sum = 0.0;
     for (const Component& effect : model_.effects()) {
-      const std::string_view name = effect_table()[static_cast<std::size_t>(effect.type)].name;
+      const std::string_view name = effect_table()[effect.type].name;
       if (effect.joint == i && std::find(names.begin(), names.end(), name) != names.end())
         sum += Values(model_, effect, values_)[parameter];
     }
@@ -164,7 +162,7 @@ class Writer {
       begin("general");
       xml_.set("dyntype", "integrator").set("gainprm", p["stiffness"] * p["gain"]).set("biastype", "affine");
       xml_.set("biasprm", {0.0, -p["stiffness"], -p["damping"]});
-    } else if (actuator_table()[static_cast<std::size_t>(actuator(i).type)].chambers) {
+    } else if (actuator_table()[actuator(i).type].chambers) {
       put_comment(
           xml_, name + ": hydraulic, " + p.words() + "; its chambers are not in this file: the control is the effort");
       begin("motor");
@@ -186,7 +184,7 @@ class Writer {
   }
 
   std::string in_words(const Component& effect) const {
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect.type)];
+    const EffectInfo& info = effect_table()[effect.type];
     const std::string name = info.name;
     static const std::map<std::string, const char*> kept = {
         {"coulomb_friction", "as frictionloss"},
@@ -230,8 +228,8 @@ std::vector<std::string> plant_in_words(const PlantModel& model, std::span<const
                             1000));
   };
   for (const Component& actuator : model.actuators())
-    if (actuator.type >= 0) add(actuator_table()[static_cast<std::size_t>(actuator.type)], actuator);
-  for (const Component& effect : model.effects()) add(effect_table()[static_cast<std::size_t>(effect.type)], effect);
+    if (actuator.type >= 0) add(actuator_table()[actuator.type], actuator);
+  for (const Component& effect : model.effects()) add(effect_table()[effect.type], effect);
   return out;
 }
 

@@ -20,12 +20,12 @@ namespace lacuna {
 namespace {
 
 const std::vector<double>& column_of(const Recording& data, const std::string& name) {
-  return data.columns[static_cast<std::size_t>(data.find(name))];
+  return data.columns[data.find(name)];
 }
 
 /// Linear between the nearest samples that hold a value; 0 where none does.
 double value_at(const std::vector<double>& time, const std::vector<double>& values, double t) {
-  const auto after = static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), t) - time.begin());
+  const std::size_t after = std::lower_bound(time.begin(), time.end(), t) - time.begin();
   std::size_t right = after, left = after;
   while (right < time.size() && !std::isfinite(values[right])) ++right;
   while (left > 0 && !std::isfinite(values[left - 1])) --left;

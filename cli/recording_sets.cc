@@ -79,8 +79,7 @@ RecordingSpec entry(const fs::path& file, Role role, const std::string& where) {
 
 /// First and last time of a loaded recording.
 std::pair<double, double> times_of(const Scenario& scenario, const RecordingSpec& spec) {
-  const std::vector<double>& time =
-      spec.data->columns[static_cast<std::size_t>(spec.data->find(scenario.channels.time))];
+  const std::vector<double>& time = spec.data->columns[spec.data->find(scenario.channels.time)];
   return {time.front(), time.back()};
 }
 

@@ -43,7 +43,7 @@ std::vector<double> numbers(const std::string& text, const std::string& option) 
 
 Pose given_pose(const Scenario& scenario, const std::string& text) {
   Pose out{numbers(text, "--pose"), "q = " + printable(text, 100)};
-  const auto dof = static_cast<std::size_t>(scenario.robot->dof());
+  const std::size_t dof = scenario.robot->dof();
   if (out.q.size() != dof) {
     std::string names;
     for (const Joint& joint : scenario.robot->joints()) names += (names.empty() ? "" : ", ") + joint.name;

@@ -37,7 +37,7 @@ std::optional<EffectSpec> effect_in(const Setting& setting) {
   const std::string parameter = setting.name.substr(last + 1);
   const int index = find_effect(effect);
   if (index < 0) return std::nullopt;
-  const auto& infos = effect_table()[static_cast<std::size_t>(index)].parameters;
+  const auto& infos = effect_table()[index].parameters;
   const bool known = std::any_of(infos.begin(), infos.end(), [&](const auto& info) { return parameter == info.name; });
   if (!known) return std::nullopt;
   return EffectSpec{effect, setting.name.substr(0, middle), {}, {}, setting.where};
@@ -66,13 +66,13 @@ void put(const PlantModel& model, const Setting& setting, std::vector<double>& v
     throw InputError(setting.where, "the parameter " + quoted(setting.name) + ", which the plant does not have",
                      one_of(near_names(setting.name, all_names(model))));
   }
-  const Parameter& parameter = model.parameters()[static_cast<std::size_t>(index)];
+  const Parameter& parameter = model.parameters()[index];
   if (setting.value < parameter.lower || setting.value > parameter.upper) {
     throw InputError(setting.where, format_number(setting.value),
                      fmt::format("a value from {} to {} {}", format_number(parameter.lower),
                                  format_number(parameter.upper), parameter.unit));
   }
-  values[static_cast<std::size_t>(index)] = setting.value;
+  values[index] = setting.value;
 }
 
 }  // namespace

@@ -94,14 +94,13 @@ void set_accuracy(const PlantModel& model, Experiment& experiment, SimulatorOpti
 Recording as_recording(const Scenario& scenario, const Experiment& experiment, const Channels& predicted) {
   const RecordingSpec& spec = scenario.recordings.front();
   const Recording& data = *spec.data;
-  const auto& time = data.columns[static_cast<std::size_t>(data.find(scenario.channels.time))];
+  const auto& time = data.columns[data.find(scenario.channels.time)];
   const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL)) - time.begin();
   const auto rows = static_cast<std::ptrdiff_t>(experiment.segments.front().count);
   std::map<std::string, std::vector<double>> simulated;
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
     const Channel& channel = experiment.channels[c];
-    const ColumnSpec& column =
-        scenario.channels.of.at(channel.kind).at(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
+    const ColumnSpec& column = scenario.channels.of.at(channel.kind).at(experiment.joint_names[channel.joint]);
     std::vector<double> values = predicted[c];
     for (double& value : values) value = (value - column.offset) / column.scale;
     simulated[column.column] = std::move(values);

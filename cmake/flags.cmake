@@ -9,7 +9,7 @@ endif()
 add_library(lacuna_flags INTERFACE)
 target_compile_features(lacuna_flags INTERFACE cxx_std_20)
 target_compile_options(lacuna_flags INTERFACE
-  -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+  -Wall -Wextra -Wshadow -Wfloat-conversion -Wnon-virtual-dtor -Woverloaded-virtual
   # Same bits for every build of one source: no fused multiply-add unless it is written.
   -ffp-contract=off -fno-math-errno
   -fno-semantic-interposition)

@@ -109,7 +109,7 @@ void describe_trajectory(const Motion& motion, const Trajectory& run, const Refe
   out.trajectory_error = series.worst;
   out.trajectory_error_rms = series.rms;
   out.trajectory_worst_time = series.worst_time;
-  out.trajectory_worst_joint = motion.model.robot().joints()[static_cast<std::size_t>(series.worst_joint)].name;
+  out.trajectory_worst_joint = motion.model.robot().joints()[series.worst_joint].name;
   out.error = series.error;
   out.time.assign(referee.times.begin(), referee.times.begin() + static_cast<std::ptrdiff_t>(series.error.size()));
 }

@@ -29,7 +29,7 @@ Tree<long double> extended_tree(const Motion& motion) {
   const std::vector<double>& values = motion.phases.front().values;
   Tree<long double> tree(motion.model.robot());
   const std::vector<Inertial> bodies = motion.model.inertials(values);
-  for (int i = 0; i < motion.model.dof(); ++i) tree.set_inertial(i, 0, bodies[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < motion.model.dof(); ++i) tree.set_inertial(i, 0, bodies[i]);
   tree.set_gravity(0, motion.model.gravity(values));
   return tree;
 }
@@ -97,16 +97,15 @@ void measure_agreement(const Motion& motion, std::uint64_t seed, int threads, co
   std::vector<Worker> workers;
   for (int w = 0; w < std::max(1, threads); ++w)
     workers.push_back({build_engine(out.engine, motion), build_engine("featherstone", motion), extended_tree(motion)});
-  std::vector<StateResult> results(static_cast<std::size_t>(states));
+  std::vector<StateResult> results(states);
   parallel_for(
       static_cast<int>(workers.size()), states,
       [&](int worker, int k) {
-        results[static_cast<std::size_t>(k)] = workers[static_cast<std::size_t>(worker)].compare(
-            random_state(motion.model.robot(), seed, k), k < kPoseStates);
+        results[k] = workers[worker].compare(random_state(motion.model.robot(), seed, k), k < kPoseStates);
       },
       stop);
   for (int k = 0; k < states; ++k) {
-    const StateResult& result = results[static_cast<std::size_t>(k)];
+    const StateResult& result = results[k];
     const std::string where = fmt::format("random state {} of seed {}", k, seed);
     out.acceleration_difference.see(result.difference, where);
     out.acceleration_error.see(result.error, where);

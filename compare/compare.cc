@@ -97,8 +97,8 @@ class Comparing {
     parallel_for(
         options_.threads, static_cast<int>(all.size()),
         [&](int, int e) {
-          Measured& one = all[static_cast<std::size_t>(e)];
-          one.engine.engine = options_.engines[static_cast<std::size_t>(e)];
+          Measured& one = all[e];
+          one.engine.engine = options_.engines[e];
           measure_engine(one, runs != nullptr);
         },
         options_.stop);

@@ -18,7 +18,7 @@ Timing timing_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const auto at = [&](double share) {
     const double place = share * static_cast<double>(values.size() - 1);
-    const std::size_t i = static_cast<std::size_t>(place);
+    const auto i = static_cast<std::size_t>(place);
     const double rest = place - static_cast<double>(i);
     return i + 1 < values.size() ? (1.0 - rest) * values[i] + rest * values[i + 1] : values[i];
   };

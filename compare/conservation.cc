@@ -35,7 +35,7 @@ double momentum_drift(const Motion& motion, const Trajectory& run) {
     dynamics->mass_matrix(run.q[k], mass);
     double momentum = 0.0, parts = 0.0;
     for (Eigen::Index j = 0; j < mass.cols(); ++j) {
-      const double part = mass(0, j) * run.v[k][static_cast<std::size_t>(j)];
+      const double part = mass(0, j) * run.v[k][j];
       momentum += part;
       parts += std::fabs(part);
     }

@@ -34,13 +34,13 @@ int busiest_joint(const Trajectory& run) {
 
 /// The scenario with only those free parameters that are the joint's own.
 Scenario narrowed(const Scenario& scenario, const PlantModel& model, int joint) {
-  const std::string name = model.robot().joints()[static_cast<std::size_t>(joint)].name;
+  const std::string name = model.robot().joints()[joint].name;
   Scenario out = scenario;
   out.identify.clear();
   out.total_mass.reset();
   for (const IdentifySpec& spec : scenario.identify) {
     for (const int index : model.matching(spec.name)) {
-      const std::string& parameter = model.parameters()[static_cast<std::size_t>(index)].name;
+      const std::string& parameter = model.parameters()[index].name;
       if (!parameter.starts_with(name + ".") || out.identify.size() >= kMostParameters) continue;
       IdentifySpec one = spec;
       one.name = parameter;
@@ -62,11 +62,11 @@ Experiment experiment_of(const std::string& engine, const Motion& motion, double
   Segment segment = motion.phases.front().segment;
   segment.role = Role::train;
   for (int j = 0; j < robot.dof(); ++j) {
-    const Joint& joint = robot.joints()[static_cast<std::size_t>(j)];
+    const Joint& joint = robot.joints()[j];
     out.joint_names.push_back(joint.name);
     out.channels.push_back({ChannelKind::position, j, joint.prismatic() ? "m" : "rad", kWeight, true});
     std::vector<double> column;
-    for (const std::vector<double>& q : run.q) column.push_back(q[static_cast<std::size_t>(j)]);
+    for (const std::vector<double>& q : run.q) column.push_back(q[j]);
     segment.measured.push_back(std::move(column));
   }
   const std::size_t n = out.joint_names.size();
@@ -92,8 +92,8 @@ PairFit fit_pair(const Motion& motion, const SearchSpace& space, const Experimen
   const FitResult fit = identify(motion.model, experiment, space, options);
   PairFit out{data_engine, engine, {}, 0.0, kUnmeasured, fit.evaluations, fit.seconds};
   for (const Axis& axis : space.axes()) {
-    const Parameter& parameter = motion.model.parameters()[static_cast<std::size_t>(axis.parameter)];
-    const double found = fit.values[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& parameter = motion.model.parameters()[axis.parameter];
+    const double found = fit.values[axis.parameter];
     out.values.emplace_back(parameter.name, found);
     out.parameter_error = std::max(out.parameter_error, std::fabs(found / parameter.value - 1.0));
   }
@@ -122,13 +122,13 @@ PairFits identify_pairs(const Scenario& scenario, const Motion& motion, const st
   const int joint = busiest_joint(run);
   const Scenario narrow = narrowed(scenario, motion.model, joint);
   if (narrow.identify.empty()) {
-    out.not_run = "the scenario frees no parameter of the joint that moves most, " +
-                  motion.model.robot().joints()[static_cast<std::size_t>(joint)].name;
+    out.not_run =
+        "the scenario frees no parameter of the joint that moves most, " + motion.model.robot().joints()[joint].name;
     return out;
   }
   const SearchSpace space(motion.model, narrow);
   for (const Axis& axis : space.axes()) {
-    const Parameter& parameter = motion.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& parameter = motion.model.parameters()[axis.parameter];
     out.truth.emplace_back(parameter.name, parameter.value);
   }
   out.budget = fmt::format("GA of {} x {} with a least-squares finish, seed {}, {:.3g} s of data", kPopulation,

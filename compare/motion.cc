@@ -25,7 +25,7 @@ constexpr std::uint32_t kSpeedDraws = 71;     // purpose of the random stream
 bool changes_masses(const EffectSpec& spec) {
   const int type = find_effect(spec.effect);
   if (type < 0) return false;
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(type)];
+  const Hooks<double>& hooks = Effects::hooks<double>()[type];
   return hooks.inertials != nullptr || hooks.gravity != nullptr;
 }
 
@@ -129,7 +129,7 @@ void add_pickup(const MotionSpec& spec, Motion& motion) {
   Phase second = first;
   second.segment.first = first.segment.first + at;
   second.segment.count = first.segment.count - at;
-  second.values[static_cast<std::size_t>(motion.model.find("arm.payload.m"))] += *spec.pickup_mass;
+  second.values[motion.model.find("arm.payload.m")] += *spec.pickup_mass;
   first.segment.count = at + 1;
   motion.phases.push_back(std::move(second));
 }
@@ -138,7 +138,7 @@ void refuse_states(const Motion& motion, const std::string& where) {
   const auto holds = [](const auto& tables, const std::vector<Component>& components) {
     return std::any_of(components.begin(), components.end(), [&](const Component& c) {
       if (c.type < 0) return false;
-      const auto& hooks = tables[static_cast<std::size_t>(c.type)];
+      const auto& hooks = tables[c.type];
       return hooks.states > 0 || hooks.memories > 0;
     });
   };
@@ -168,7 +168,7 @@ std::string words_of(const Scenario& scenario, const Motion& motion) {
 bool only_reads(const EffectSpec& spec) {
   const int type = find_effect(spec.effect);
   if (type < 0) return false;  // the plant refuses it with a better message
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(type)];
+  const Hooks<double>& hooks = Effects::hooks<double>()[type];
   return hooks.sense != nullptr && hooks.effort == nullptr && hooks.command == nullptr && hooks.dry_friction == nullptr;
 }
 
@@ -266,7 +266,7 @@ std::unique_ptr<Dynamics> build_engine(const std::string& engine, const Motion& 
   const std::vector<double>& values = motion.phases.front().values;
   auto dynamics = find_engine(engine).build(motion.model.robot_ptr(), motion.model.gravity(values));
   const std::vector<Inertial> bodies = motion.model.inertials(values);
-  for (int i = 0; i < motion.model.dof(); ++i) dynamics->set_inertial(i, bodies[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < motion.model.dof(); ++i) dynamics->set_inertial(i, bodies[i]);
   return dynamics;
 }
 
@@ -276,15 +276,14 @@ std::vector<double> speeds_after_pickup(const PlantModel& model, const std::vect
   const auto dynamics = find_engine("featherstone").build(model.robot_ptr(), model.gravity(values_before));
   const auto mass_under = [&](const std::vector<double>& values) {
     const std::vector<Inertial> bodies = model.inertials(values);
-    for (int i = 0; i < model.dof(); ++i) dynamics->set_inertial(i, bodies[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < model.dof(); ++i) dynamics->set_inertial(i, bodies[i]);
     Eigen::MatrixXd mass;
     dynamics->mass_matrix(q, mass);
     const std::vector<double> armatures = model.armatures(values);
-    for (int i = 0; i < model.dof(); ++i) mass(i, i) += armatures[static_cast<std::size_t>(i)];
+    for (int i = 0; i < model.dof(); ++i) mass(i, i) += armatures[i];
     return mass;
   };
-  const Eigen::VectorXd momentum =
-      mass_under(values_before) * Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+  const Eigen::VectorXd momentum = mass_under(values_before) * Eigen::Map<const Eigen::VectorXd>(v.data(), v.size());
   const Eigen::VectorXd after = mass_under(values_after).llt().solve(momentum);
   return {after.data(), after.data() + after.size()};
 }

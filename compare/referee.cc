@@ -14,9 +14,8 @@ constexpr double kLooseMemory = 2.5e-4, kTightMemory = 1e-4;  // s
 constexpr double kRunaway = 10.0;                             // times the reference's fastest joint
 
 bool has_memories(const PlantModel& model) {
-  return std::any_of(model.effects().begin(), model.effects().end(), [](const Component& c) {
-    return Effects::hooks<double>()[static_cast<std::size_t>(c.type)].memories > 0;
-  });
+  return std::any_of(model.effects().begin(), model.effects().end(),
+                     [](const Component& c) { return Effects::hooks<double>()[c.type].memories > 0; });
 }
 
 double distance(const std::vector<double>& a, const std::vector<double>& b) {

@@ -57,12 +57,12 @@ class NativeRun {
   NativeRun(EnginePlant& plant, std::string integrator)
       : plant_(plant),
         integrator_(std::move(integrator)),
-        n_(static_cast<std::size_t>(plant.dof())),
+        n_(plant.dof()),
         u_(n_),
         tau_(n_),
-        z_(static_cast<std::size_t>(plant.states())),
+        z_(plant.states()),
         z_rate_(z_.size()),
-        memory_(static_cast<std::size_t>(plant.memories())) {}
+        memory_(plant.memories()) {}
 
   void run(const Segment& segment, double max_step, Trajectory& out) {
     q_ = segment.q0;
@@ -181,7 +181,7 @@ Trajectory Runner::run(const Method& method, double step) {
   Trajectory out;
   Plants& p = *plants_;
   const double begun = thread_cpu_seconds();
-  const std::size_t n = static_cast<std::size_t>(p.plant.dof());
+  const std::size_t n = p.plant.dof();
   run_phases(motion_, out, [&](const Phase& phase, const Segment& segment, Trajectory& to) {
     p.plant.bind(0, phase.values);
     if (method.native) {

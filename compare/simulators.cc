@@ -30,7 +30,7 @@ double command_rms(const Scenario& scenario, const std::string& joint) {
     if (!spec.data) continue;
     const int at = spec.data->find(column->second.column);
     if (at < 0) continue;
-    for (const double u : spec.data->columns[static_cast<std::size_t>(at)]) {
+    for (const double u : spec.data->columns[at]) {
       const double value = column->second.scale * u + column->second.offset;
       if (std::isfinite(value)) sum += value * value, count += 1.0;
     }
@@ -44,7 +44,7 @@ void take_losses(NativePlant& plant) {
   for (ActuatorSpec& spec : scenario.actuators) {
     const auto damping = spec.parameters.find("damping");
     if (damping == spec.parameters.end() || !damps_its_joint(spec)) continue;
-    const auto joint = static_cast<std::size_t>(*scenario.robot->find_joint(spec.joint));
+    const std::size_t joint = *scenario.robot->find_joint(spec.joint);
     plant.losses[joint].damping = damping->second;
     plant.given.emplace_back(spec.joint + ".damping", damping->second);
     damping->second = 0.0;
@@ -53,7 +53,7 @@ void take_losses(NativePlant& plant) {
     const auto joint = scenario.robot->find_joint(effect.place);
     const auto bound = effect.parameters.find("Fc");
     if (effect.effect == "coulomb_friction" && joint && bound != effect.parameters.end())
-      plant.losses[static_cast<std::size_t>(*joint)].friction = bound->second;
+      plant.losses[*joint].friction = bound->second;
   }
   std::erase_if(scenario.effects, [](const EffectSpec& effect) { return effect.effect == "coulomb_friction"; });
   std::erase_if(scenario.effects, only_reads);
@@ -101,7 +101,7 @@ NativePlant native_plant(const Scenario& scenario, double friction_share) {
   for (const ActuatorSpec& spec : scenario.actuators) {
     const auto gain = spec.parameters.find("gain");
     if (stated || gain == spec.parameters.end() || !damps_its_joint(spec)) continue;
-    out.losses[static_cast<std::size_t>(*scenario.robot->find_joint(spec.joint))].friction =
+    out.losses[*scenario.robot->find_joint(spec.joint)].friction =
         friction_share * std::fabs(gain->second) * command_rms(scenario, spec.joint);
   }
   for (std::size_t j = 0; j < out.losses.size(); ++j)

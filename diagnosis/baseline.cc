@@ -64,8 +64,7 @@ std::optional<LeastSquaresResult> search(const CurrentModel& present, const FitC
 bool leaves_most_of_the_motion(const CurrentModel& current, const FitContext& context) {
   double motion = 0.0;
   for (const int s : context.experiment.with_role(Role::train)) {
-    const std::vector<std::vector<double>>& measured =
-        context.experiment.segments[static_cast<std::size_t>(s)].measured;
+    const std::vector<std::vector<double>>& measured = context.experiment.segments[s].measured;
     for (std::size_t c = 0; c < measured.size(); ++c) {
       double n = 0.0, sum = 0.0, squares = 0.0;
       for (const double x : measured[c])
@@ -139,7 +138,7 @@ std::vector<double> weights_from(const CurrentModel& current, const FitContext& 
   const std::vector<int> train = context.experiment.with_role(Role::train);
   std::vector<double> sum(current.weights.size(), 0.0), count = sum, out = current.weights;
   for (const ResidualBlock& block : problem.layout(train)) {
-    const std::size_t c = static_cast<std::size_t>(block.channel);
+    const std::size_t c = block.channel;
     sum[c] += current.fit.residual.segment(block.first, block.count).squaredNorm();
     count[c] += static_cast<double>(block.count);
   }

@@ -50,7 +50,7 @@ class Rows {
     projector_.emplace(columns_);
     rest_ = projector_->rest(rest_);
     for (const ResidualBlock& block : blocks_) {
-      const std::string& file = experiment_.segments[static_cast<std::size_t>(block.segment)].file;
+      const std::string& file = experiment_.segments[block.segment].file;
       if (std::ranges::find(files_, file) == files_.end()) files_.push_back(file);
     }
     find_halves();
@@ -100,17 +100,17 @@ class Rows {
     return out;
   }
   const Parameter& parameter(std::size_t axis) const {
-    return model_.model.parameters()[static_cast<std::size_t>(model_.space.axes()[axis].parameter)];
+    return model_.model.parameters()[model_.space.axes()[axis].parameter];
   }
   std::size_t file_of(const ResidualBlock& block) const {
-    const std::string& file = experiment_.segments[static_cast<std::size_t>(block.segment)].file;
+    const std::string& file = experiment_.segments[block.segment].file;
     return static_cast<std::size_t>(std::ranges::find(files_, file) - files_.begin());
   }
   /// A column's rows, those of each recording in a column of their own.
   Eigen::MatrixXd by_recording(const Eigen::VectorXd& column) const {
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(column.size(), files());
     for (const ResidualBlock& b : blocks_)
-      out.block(b.first, static_cast<Eigen::Index>(file_of(b)), b.count, 1) = column.segment(b.first, b.count);
+      out.block(b.first, file_of(b), b.count, 1) = column.segment(b.first, b.count);
     return out;
   }
 
@@ -122,7 +122,7 @@ class Rows {
   }
   /// The axis' number as one that moves, its standard deviation that of most evidence beside the chosen ones.
   Moving moving(std::size_t axis, const std::vector<Moving>& chosen) const {
-    Moving out{axis, 0.0, -HUGE_VAL, by_recording(columns_.col(static_cast<Eigen::Index>(axis)))};
+    Moving out{axis, 0.0, -HUGE_VAL, by_recording(columns_.col(axis))};
     for (Eigen::Index k = 0; k < files(); ++k) out.columns.col(k) = projector_->rest(out.columns.col(k));
     Eigen::MatrixXd square = out.columns.transpose() * out.columns;
     Eigen::VectorXd slope = out.columns.transpose() * rest_;
@@ -172,8 +172,7 @@ class Rows {
     const Eigen::VectorXd own = own_of(chosen);
     Eigen::VectorXd out = Eigen::VectorXd::Zero(raw_.size());
     for (std::size_t k = 0; k < chosen.size(); ++k)
-      out += chosen[k].deviation * (by_recording(raw_columns_.col(static_cast<Eigen::Index>(chosen[k].axis))) *
-                                    own.segment(first_of(k), files()));
+      out += chosen[k].deviation * (by_recording(raw_columns_.col(chosen[k].axis)) * own.segment(first_of(k), files()));
     return out;
   }
 
@@ -205,9 +204,8 @@ class Rows {
   double halves_energy(const std::vector<Moving>& numbers) const {
     double out = 0.0;
     for (std::size_t f = 0; f < files_.size(); ++f) {
-      Eigen::MatrixXd own(rest_.size(), static_cast<Eigen::Index>(numbers.size()));
-      for (std::size_t k = 0; k < numbers.size(); ++k)
-        own.col(static_cast<Eigen::Index>(k)) = numbers[k].columns.col(static_cast<Eigen::Index>(f));
+      Eigen::MatrixXd own(rest_.size(), numbers.size());
+      for (std::size_t k = 0; k < numbers.size(); ++k) own.col(k) = numbers[k].columns.col(f);
       for (const std::size_t half : {0u, 1u}) {
         const std::vector<Eigen::Index>&said = halves_[f][half], &asked = halves_[f][1 - half];
         const Eigen::MatrixXd X = own(said, Eigen::all);
@@ -222,9 +220,8 @@ class Rows {
   double energy_at(const std::string& joint, const Eigen::VectorXd& residual) const {
     double out = 0.0;
     for (const ResidualBlock& b : blocks_) {
-      const int j = experiment_.channels[static_cast<std::size_t>(b.channel)].joint;
-      if (experiment_.joint_names[static_cast<std::size_t>(j)] == joint)
-        out += residual.segment(b.first, b.count).squaredNorm();
+      const int j = experiment_.channels[b.channel].joint;
+      if (experiment_.joint_names[j] == joint) out += residual.segment(b.first, b.count).squaredNorm();
     }
     return out;
   }
@@ -241,7 +238,7 @@ class Rows {
   /// `own`: in standard deviations.
   void put_recordings(NumberByRecording& out, const Moving& number, const Eigen::VectorXd& own) const {
     for (std::size_t f = 0; f < files_.size(); ++f)
-      out.recordings.emplace_back(files_[f], in_its_unit(number) * own(static_cast<Eigen::Index>(f)));
+      out.recordings.emplace_back(files_[f], in_its_unit(number) * own(f));
   }
   /// One standard deviation, in the parameter's unit: as linear as all else here.
   double in_its_unit(const Moving& number) const {

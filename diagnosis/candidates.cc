@@ -18,9 +18,7 @@ constexpr double kJustBeyond = 1.05;      ///< of half the travel: furthest plac
 constexpr double kShortestTime = 0.5;     ///< s, longest delay searched
 constexpr double kTraceOfCommand = 0.05;  ///< of a joint's largest command: below it the joint is not commanded
 
-bool moves_under_command(const Experiment& experiment, int joint) {
-  return experiment.command_rms[static_cast<std::size_t>(joint)] > 0.0;
-}
+bool moves_under_command(const Experiment& experiment, int joint) { return experiment.command_rms[joint] > 0.0; }
 
 bool has_channel(const Experiment& experiment, ChannelKind kind, int joint) {
   return std::any_of(experiment.channels.begin(), experiment.channels.end(),
@@ -46,18 +44,17 @@ bool shows(const EffectInfo& info, const Experiment& experiment, int j) {
 bool can_act(const EffectInfo& info, const Hooks<double>& hooks, const CurrentModel& current,
              const Experiment& experiment, int j) {
   if (!shows(info, experiment, j)) return false;
-  const bool driven =
-      current.model.actuators()[static_cast<std::size_t>(j)].type >= 0 && moves_under_command(experiment, j);
+  const bool driven = current.model.actuators()[j].type >= 0 && moves_under_command(experiment, j);
   if (hooks.command != nullptr || hooks.delay != nullptr) return driven;
-  return driven || experiment.position_rms[static_cast<std::size_t>(j)] > 0.0;
+  return driven || experiment.position_rms[j] > 0.0;
 }
 
 /// Index in the table of joint j's actuator, or -1.
-int drive_of(const CurrentModel& current, int j) { return current.model.actuators()[static_cast<std::size_t>(j)].type; }
+int drive_of(const CurrentModel& current, int j) { return current.model.actuators()[j].type; }
 /// Whether joint j's actuator stands for a valve and a cylinder.
 bool is_hydraulic(const CurrentModel& current, int j) {
   const int type = drive_of(current, j);
-  return type >= 0 && actuator_table()[static_cast<std::size_t>(type)].hydraulic;
+  return type >= 0 && actuator_table()[type].hydraulic;
 }
 
 /// Whether two joints are ever commanded at once in what is fitted, each by more than a trace of its largest command:
@@ -67,12 +64,12 @@ bool commanded_at_once(const Experiment& experiment) {
   std::vector<double> largest(joints, 0.0);
   const auto train = experiment.with_role(Role::train);
   const auto command = [&](int s, std::size_t j, std::size_t k) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment.segments[s];
     return std::fabs(segment.commands->value[j][segment.first + k]);
   };
   const auto each = [&](const auto& visit) {
     for (const int s : train)
-      for (std::size_t k = 0; k < experiment.segments[static_cast<std::size_t>(s)].count; ++k) visit(s, k);
+      for (std::size_t k = 0; k < experiment.segments[s].count; ++k) visit(s, k);
   };
   each([&](int s, std::size_t k) {
     for (std::size_t j = 0; j < joints; ++j) largest[j] = std::max(largest[j], command(s, j, k));
@@ -99,7 +96,7 @@ Problem problem_of(const CurrentModel& model, const FitContext& context) {
 std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& current, const Experiment& experiment) {
   std::vector<EffectSpec> out;
   if (info.learned) return out;
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(find_effect(info.name))];
+  const Hooks<double>& hooks = Effects::hooks<double>()[find_effect(info.name)];
   if (info.where == Where::arm) {
     bool any = false;
     if (experiment.parts > 1) return out;
@@ -115,11 +112,7 @@ std::vector<EffectSpec> places_of(const EffectInfo& info, const CurrentModel& cu
       if (!can_act(info, hooks, current, experiment, j) || (info.hydraulic && !is_hydraulic(current, j))) continue;
       if (info.metering && !lets_flow(drive_of(current, j))) continue;
       if (!suits(find_effect(info.name), drive_of(current, j))) continue;
-      out.push_back({info.name,
-                     experiment.joint_names[static_cast<std::size_t>(j)],
-                     form_of(info, current.model, experiment, j),
-                     {},
-                     info.name});
+      out.push_back({info.name, experiment.joint_names[j], form_of(info, current.model, experiment, j), {}, info.name});
     }
   }
   std::erase_if(out, [&](const EffectSpec& s) { return current.model.find_effect_at(s.effect, s.place) >= 0; });
@@ -139,7 +132,7 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
   std::vector<Axis> axes;
   for (int k = 0; k < component.count; ++k) {
     const int index = component.first + k;
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+    const Parameter& p = model.parameters()[index];
     if (p.info->structural || spec.parameters.count(p.key) > 0) continue;
     const double size = typical_size(p.info->scale, model, experiment, p.joint, model.values());
     Axis axis{index, p.lower, p.upper, p.value, p.info->coordinate};
@@ -178,9 +171,7 @@ std::vector<Axis> effect_axes(const PlantModel& model, const Experiment& experim
 
 std::vector<std::vector<double>> starting_points(const PlantModel& model, const Experiment& experiment,
                                                  const std::vector<Axis>& axes) {
-  const auto parameter = [&](const Axis& a) -> const Parameter& {
-    return model.parameters()[static_cast<std::size_t>(a.parameter)];
-  };
+  const auto parameter = [&](const Axis& a) -> const Parameter& { return model.parameters()[a.parameter]; };
   std::vector<std::vector<double>> starts{{}};
   for (std::size_t first = 0, last = 0; first < axes.size(); first = last) {
     const ParameterInfo* info = parameter(axes[first]).info;
@@ -219,20 +210,20 @@ namespace {
 /// A drive that integrates its flow takes up no more of it against such an effect: however soft that is, it is not
 /// pushed through.
 bool yields_no_more(const PlantModel& model, int parameter) {
-  const int joint = model.parameters()[static_cast<std::size_t>(parameter)].joint;
+  const int joint = model.parameters()[parameter].joint;
   if (joint < 0) return false;
-  const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
+  const Component& drive = model.actuators()[joint];
   if (!integrates_flow(drive.type)) return false;
   return std::any_of(model.effects().begin(), model.effects().end(), [&](const Component& effect) {
     return effect.first <= parameter && parameter < effect.first + effect.count &&
-           Effects::hooks<double>()[static_cast<std::size_t>(effect.type)].taken != nullptr;
+           Effects::hooks<double>()[effect.type].taken != nullptr;
   });
 }
 
 }  // namespace
 
 bool is_large_enough(const CurrentModel& current, const Experiment& experiment, const Axis& axis, double x) {
-  const Parameter& p = current.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+  const Parameter& p = current.model.parameters()[axis.parameter];
   if (p.info == nullptr || !(p.info->least > 0.0) || yields_no_more(current.model, axis.parameter)) return true;
   const double size = typical_size(p.info->scale, current.model, experiment, p.joint, current.model.values());
   return std::fabs(axis.value(x)) >= p.info->least * size;
@@ -244,14 +235,10 @@ std::vector<EffectSpec> effects_beyond(const PlantModel& plain, const CurrentMod
   const std::vector<double> values = current.space.expand(current.fit.point);
   std::vector<EffectSpec> out;
   for (const Component& effect : current.model.effects()) {
-    EffectSpec spec{effect_table()[static_cast<std::size_t>(effect.type)].name,
-                    current.model.place_name(effect),
-                    {},
-                    effect.recordings,
-                    ""};
+    EffectSpec spec{effect_table()[effect.type].name, current.model.place_name(effect), {}, effect.recordings, ""};
     if (plain.find_effect_at(spec.effect, spec.place) >= 0) continue;
     for (int p = effect.first; p < effect.first + effect.count; ++p) {
-      const auto index = static_cast<std::size_t>(p);
+      const std::size_t index = p;
       if (searched.count(p) == 0) spec.parameters[current.model.parameters()[index].key] = values[index];
     }
     out.push_back(std::move(spec));

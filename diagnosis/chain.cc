@@ -120,7 +120,7 @@ std::vector<JointChain> joint_chains(const CurrentModel& before, const CurrentMo
       if (looks.empty())
         part.why_not = kCannotInvert;
       else
-        put(part, looks[static_cast<std::size_t>(indices[k])]);
+        put(part, looks[indices[k]]);
     }
     say_why_not(out[k]);
   }

@@ -28,7 +28,7 @@ struct Course {
   PressureTrack pressures;  ///< on the times of inverse dynamics
 
   std::vector<double>& pressure(const Channel& channel) {
-    return pressures[static_cast<std::size_t>(channel.joint)][channel.kind == ChannelKind::pressure_b];
+    return pressures[channel.joint][channel.kind == ChannelKind::pressure_b];
   }
 };
 
@@ -74,7 +74,7 @@ class Chambers {
 
  private:
   std::size_t joints() const { return free_run_.joint_names.size(); }
-  const Segment& given(std::size_t i) const { return given_.segments[static_cast<std::size_t>(segments_[i])]; }
+  const Segment& given(std::size_t i) const { return given_.segments[segments_[i]]; }
 
   /// Whether every pressure is there at every instant.
   bool complete() const {
@@ -86,15 +86,13 @@ class Chambers {
     return true;
   }
 
-  Course measured(std::size_t i) const {
-    return {*given(i).raw, *pressed_.segments[static_cast<std::size_t>(segments_[i])].pressures};
-  }
+  Course measured(std::size_t i) const { return {*given(i).raw, *pressed_.segments[segments_[i]].pressures}; }
   /// By the model, where it can be.
   std::vector<std::optional<Course>> simulated(const CurrentModel& model) const {
     std::vector<std::optional<Course>> out(segments_.size());
     const std::vector<std::vector<double>> one{model.space.expand(model.fit.point)};
     make_simulator(model.model, free_run_, options_)->run(one, segments_, [&](int, int s, const auto& predicted) {
-      const auto i = static_cast<std::size_t>(std::ranges::find(segments_, s) - segments_.begin());
+      const std::size_t i = std::ranges::find(segments_, s) - segments_.begin();
       Course course = measured(i);
       for (std::size_t c = 0; c < predicted.size(); ++c) {
         const Channel& channel = free_run_.channels[c];
@@ -102,10 +100,10 @@ class Chambers {
         if (is_pressure(channel)) {
           PressureTrack track(1);
           track[0][0] = predicted[c];
-          const std::vector<double>& time = free_run_.segments[static_cast<std::size_t>(s)].commands->time;
+          const std::vector<double>& time = free_run_.segments[s].commands->time;
           course.pressure(channel) = resampled(track, time, given(i).motion->time)[0][0];
         } else {
-          course.motion.position[static_cast<std::size_t>(channel.joint)] = predicted[c];
+          course.motion.position[channel.joint] = predicted[c];
         }
       }
       out[i] = std::move(course);

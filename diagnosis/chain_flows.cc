@@ -27,12 +27,12 @@ class Speeds {
     std::vector<std::vector<JointSamples>> parts(experiment_.segments.size());  // one a thread may write
     const std::vector<std::vector<double>> one{model.space.expand(model.fit.point)};
     make_simulator(model.model, experiment_, options_)->run(one, segments_, [&](int, int s, const auto& predicted) {
-      const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
-      std::vector<JointSamples>& part = parts[static_cast<std::size_t>(s)];
+      const Segment& segment = experiment_.segments[s];
+      std::vector<JointSamples>& part = parts[s];
       part.resize(experiment_.joint_names.size());
       for (std::size_t c = 0; c < predicted.size(); ++c)
         if (experiment_.channels[c].kind == ChannelKind::position)
-          add(segment, c, predicted[c], part[static_cast<std::size_t>(experiment_.channels[c].joint)]);
+          add(segment, c, predicted[c], part[experiment_.channels[c].joint]);
     });
     std::vector<JointSamples> out(experiment_.joint_names.size());
     for (const auto& part : parts)
@@ -45,7 +45,7 @@ class Speeds {
     const int c = position_channels(experiment_)[joint];
     const double rate = 1.0 / experiment_.sample_period;
     if (!can_filter(rate)) return 0.0;
-    return levels[static_cast<std::size_t>(c)] * rate * filter_gain(ZeroPhaseLowPass(kLocateCutoff, rate), 1).slope;
+    return levels[c] * rate * filter_gain(ZeroPhaseLowPass(kLocateCutoff, rate), 1).slope;
   }
 
  private:
@@ -144,7 +144,7 @@ class FittedAreas {
     const double n = static_cast<double>(moved.size());
     double squares = moved.squaredNorm() / n;
     for (const std::size_t which : {0u, 1u})
-      squares += std::pow(fit.areas(static_cast<Eigen::Index>(which)) * kBar * noise_levels(experiments_[which])[c], 2);
+      squares += std::pow(fit.areas(which) * kBar * noise_levels(experiments_[which])[c], 2);
     // The areas were fitted to recordings with as much noise.
     const double spread = (fit.rest.columns * fit.leverage).cwiseProduct(fit.rest.columns).sum() / n;
     return std::sqrt(squares * (1.0 + spread));
@@ -169,16 +169,13 @@ class FittedAreas {
     std::vector<std::array<double, 3>> rows;
     for (const auto& [s, efforts] : needed)
       for (std::size_t k = 0; k < efforts.size(); ++k) {
-        const auto pressure = [&](std::size_t which) {
-          return kBar * experiments_[which].segments[static_cast<std::size_t>(s)].measured[c][k];
-        };
+        const auto pressure = [&](std::size_t which) { return kBar * experiments_[which].segments[s].measured[c][k]; };
         const std::array<double, 3> row{pressure(0), pressure(1), efforts[k]};
         if (std::ranges::all_of(row, [](double x) { return std::isfinite(x); })) rows.push_back(row);
       }
-    Table out{Eigen::MatrixXd(static_cast<Eigen::Index>(rows.size()), 3),
-              Eigen::VectorXd(static_cast<Eigen::Index>(rows.size()))};
+    Table out{Eigen::MatrixXd(rows.size(), 3), Eigen::VectorXd(rows.size())};
     for (Eigen::Index k = 0; k < out.needed.size(); ++k) {
-      const auto& row = rows[static_cast<std::size_t>(k)];
+      const auto& row = rows[k];
       out.columns.row(k) << row[0], row[1], 1.0;
       out.needed(k) = row[2];
     }
@@ -196,11 +193,11 @@ std::vector<JointLook> flow_looks(const CurrentModel& before, const CurrentModel
   const Speeds speeds(context);
   std::vector<JointSamples> plain = speeds.mismatch(before), found = speeds.mismatch(after);
   std::vector<std::string> names;
-  for (const int j : joints) names.push_back(context.experiment.joint_names[static_cast<std::size_t>(j)]);
+  for (const int j : joints) names.push_back(context.experiment.joint_names[j]);
   const FittedAreas areas(scenario, context.simulator, names);
   std::vector<JointLook> out(plain.size());
   for (const int joint : joints) {
-    const auto j = static_cast<std::size_t>(joint);
+    const std::size_t j = joint;
     JointLook& look = out[j];
     look.why_not[index_of(ChainPart::supply)] = take_together_where_needed({&plain[j], &found[j]});
     look.before = std::move(plain[j]), look.after = std::move(found[j]);

@@ -18,7 +18,7 @@ Autocovariance autocovariance(const Eigen::VectorXd& residual, std::span<const R
     const auto r = residual.segment(block.first, block.count);
     out.samples += static_cast<double>(block.count);
     for (Eigen::Index lag = 0; lag <= Colour::kMostOrders && lag < block.count; ++lag)
-      out.at[static_cast<std::size_t>(lag)] += r.head(block.count - lag).dot(r.tail(block.count - lag));
+      out.at[lag] += r.head(block.count - lag).dot(r.tail(block.count - lag));
   }
   for (double& c : out.at) c /= std::max(out.samples, 1.0);
   return out;
@@ -37,15 +37,12 @@ Colour::Colour(const Eigen::VectorXd& residual, std::span<const ResidualBlock> b
     std::vector<double> variances{cov.at[0]};
     for (int p = 1; p <= kMostOrders; ++p) {
       const std::vector<double>& last = predictors.back();
-      double sum = cov.at[static_cast<std::size_t>(p)];
-      for (int i = 1; i < p; ++i)
-        sum -= last[static_cast<std::size_t>(i - 1)] * cov.at[static_cast<std::size_t>(p - i)];
+      double sum = cov.at[p];
+      for (int i = 1; i < p; ++i) sum -= last[i - 1] * cov.at[p - i];
       const double reflection = sum / variances.back();
       if (!(std::fabs(reflection) < 1.0)) break;
-      std::vector<double> next(static_cast<std::size_t>(p), reflection);
-      for (int i = 1; i < p; ++i)
-        next[static_cast<std::size_t>(i - 1)] =
-            last[static_cast<std::size_t>(i - 1)] - reflection * last[static_cast<std::size_t>(p - i - 1)];
+      std::vector<double> next(p, reflection);
+      for (int i = 1; i < p; ++i) next[i - 1] = last[i - 1] - reflection * last[p - i - 1];
       predictors.push_back(std::move(next));
       variances.push_back(variances.back() * (1.0 - reflection * reflection));
     }
@@ -69,7 +66,7 @@ Colour::Colour(const Eigen::VectorXd& residual, std::span<const ResidualBlock> b
 
 void Colour::whiten(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const ResidualBlock> blocks) const {
   for (const ResidualBlock& block : blocks) {
-    const Channel& channel = channels_[static_cast<std::size_t>(block.channel)];
+    const Channel& channel = channels_[block.channel];
     const Eigen::Index order = static_cast<Eigen::Index>(channel.predictors.size()) - 1;
     for (Eigen::Index k = block.count - 1; k >= 0; --k) {  // backwards: what comes before is still as it was
       const std::size_t p = static_cast<std::size_t>(std::min(k, order));
@@ -81,6 +78,6 @@ void Colour::whiten(Eigen::Ref<Eigen::MatrixXd> rows, std::span<const ResidualBl
   }
 }
 
-double Colour::correlation_samples(int channel) const { return channels_[static_cast<std::size_t>(channel)].memory; }
+double Colour::correlation_samples(int channel) const { return channels_[channel].memory; }
 
 }  // namespace lacuna

@@ -41,7 +41,7 @@ double evidence_of(const Seen& standing, const Seen& other, double parameters, c
 
 bool is_at_end(const CurrentModel& model, const Rival& rival, const Experiment& experiment) {
   const int at = model.model.find_effect_at(rival.effect, rival.place);
-  return at_end(model, model.model.effects()[static_cast<std::size_t>(at)], experiment);
+  return at_end(model, model.model.effects()[at], experiment);
 }
 
 double more_parameters(const CurrentModel& other, const CurrentModel& standing) {

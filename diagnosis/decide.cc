@@ -62,7 +62,7 @@ void refit_kin(Judge& judge, const CurrentModel& current, std::vector<Tried>& tr
     const EffectSpec& spec = strongest.effect.spec;
     if (!strongest.refitted || strongest.p_value > kChance || spec.effect == last) return;
     last = spec.effect;
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(spec.effect))];
+    const EffectInfo& info = effect_table()[find_effect(spec.effect)];
     std::vector<Tried> found;
     for (const EffectInfo& kin : effect_table()) {
       if (!are_kin(info, kin) || current.model.find_effect_at(kin.name, spec.place) >= 0) continue;
@@ -76,7 +76,7 @@ void refit_kin(Judge& judge, const CurrentModel& current, std::vector<Tried>& tr
     std::vector<Tried*> each;
     for (Tried& one : found) each.push_back(&one);
     std::vector<char> reached(found.size());
-    judge.share(each, [&](Tried& one) { reached[static_cast<std::size_t>(&one - found.data())] = judge.refit(one); });
+    judge.share(each, [&](Tried& one) { reached[&one - found.data()] = judge.refit(one); });
     for (std::size_t k = 0; k < found.size(); ++k) {
       if (reached[k]) take_in(tried, std::move(found[k]));
     }

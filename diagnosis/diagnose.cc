@@ -42,8 +42,8 @@ std::vector<JointEnergy> explained_by_joint(const Eigen::VectorXd& before, const
                                             const Experiment& experiment) {
   std::vector<JointEnergy> out(experiment.joint_names.size());
   for (const ResidualBlock& b : blocks) {
-    const auto c = static_cast<std::size_t>(b.channel);
-    JointEnergy& at = out[static_cast<std::size_t>(experiment.channels[c].joint)];
+    const std::size_t c = b.channel;
+    JointEnergy& at = out[experiment.channels[c].joint];
     const double unit = noise[c] > 0.0 ? 1.0 / (noise[c] * noise[c]) : std::nan("");
     const double left = unit * after.segment(b.first, b.count).squaredNorm();
     at.removed += unit * before.segment(b.first, b.count).squaredNorm() - left;
@@ -82,8 +82,7 @@ void leave_room(Diagnosis& out, const std::vector<JointEnergy>& joints, const Ex
   for (Finding& finding : out.findings) {
     const auto& names = experiment.joint_names;
     const auto at = std::find(names.begin(), names.end(), finding.place);
-    const double room =
-        1.0 - unknown_share(at == names.end() ? all : joints[static_cast<std::size_t>(at - names.begin())]);
+    const double room = 1.0 - unknown_share(at == names.end() ? all : joints[at - names.begin()]);
     finding.probability *= room;
     for (Rival& rival : finding.rivals) rival.probability *= room;
   }
@@ -125,8 +124,8 @@ std::vector<int> coloured_beyond_noise(const Eigen::VectorXd& rest, std::span<co
   std::vector<int> out;
   const std::vector<Autocorrelation> all = autocorrelations(rest, blocks);
   for (const Autocorrelation& a : all) {
-    const std::size_t c = static_cast<std::size_t>(a.channel);
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(experiment.channels[c].joint)];
+    const std::size_t c = a.channel;
+    const std::string& joint = experiment.joint_names[experiment.channels[c].joint];
     const bool known = noise[c] > 0.0 || std::find(said.begin(), said.end(), joint) != said.end();
     if (!known && a.p_value * static_cast<double>(all.size()) < kColourError) out.push_back(a.channel);
   }
@@ -152,8 +151,8 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   }
   const std::vector<Channel> channels = experiment.channels;
   const auto say = [&](int channel) -> const std::string& {
-    const int j = channels[static_cast<std::size_t>(channel)].joint;
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(j)];
+    const int j = channels[channel].joint;
+    const std::string& joint = experiment.joint_names[j];
     std::vector<std::string>& where = out.unexplained.where;
     if (std::ranges::find(where, joint) == where.end()) where.push_back(joint);  // of several channels once
     return joint;
@@ -191,11 +190,11 @@ void note_test_rest(Diagnosis& out, const CurrentModel& after, const FitContext&
   const std::vector<Channel> channels = experiment.channels;
   for (const ExcessNoise& excess :
        excess_over_noise(problem.residual(after.fit.point, test), problem.layout(test), noise)) {
-    const int joint = channels[static_cast<std::size_t>(excess.channel)].joint;
+    const int joint = channels[excess.channel].joint;
     out.notes.push_back(fmt::format(
         "{}: the test recordings leave {:.2g} times the noise (chance {:.1g}), the others no more than it: something "
         "acts there that the recordings used do not show",
-        experiment.joint_names[static_cast<std::size_t>(joint)], excess.ratio, excess.p_value));
+        experiment.joint_names[joint], excess.ratio, excess.p_value));
   }
 }
 
@@ -218,11 +217,9 @@ std::vector<EffectSpec> added_effects(const PlantModel& plain, const CurrentMode
   std::vector<EffectSpec> out = effects_beyond(plain, current);
   const std::vector<double> values = current.space.expand(current.fit.point);
   for (EffectSpec& spec : out) {
-    const auto at = static_cast<std::size_t>(current.model.find_effect_at(spec.effect, spec.place));
+    const std::size_t at = current.model.find_effect_at(spec.effect, spec.place);
     const Component& c = current.model.effects()[at];
-    for (int i = c.first; i < c.first + c.count; ++i)
-      spec.parameters[current.model.parameters()[static_cast<std::size_t>(i)].key] =
-          values[static_cast<std::size_t>(i)];
+    for (int i = c.first; i < c.first + c.count; ++i) spec.parameters[current.model.parameters()[i].key] = values[i];
   }
   return out;
 }

@@ -14,8 +14,8 @@ std::vector<IdentifySpec> same_space(const Scenario& scenario, std::span<const d
   for (const IdentifySpec& spec : scenario.identify) {
     const std::vector<int> found = plain.matching(spec.name);
     for (const int index : found) {
-      const Parameter& p = plain.parameters()[static_cast<std::size_t>(index)];
-      const double factor = spec.relative ? p.value : 1.0, value = values[static_cast<std::size_t>(index)];
+      const Parameter& p = plain.parameters()[index];
+      const double factor = spec.relative ? p.value : 1.0, value = values[index];
       const auto [lower, upper] = std::minmax({factor * spec.lower, factor * spec.upper});
       const IdentifySpec own{p.name, false, std::min(lower, value), std::max(upper, value), spec.where};
       const auto same = std::find_if(out.begin(), out.end(), [&](const IdentifySpec& s) { return s.name == p.name; });
@@ -36,23 +36,18 @@ Scenario with_values(const Scenario& scenario, const PlantModel& model, std::spa
   out.identify = same_space(scenario, values);
   auto value_of = [&](const std::string& name, double& target) {
     const int index = model.find(name);
-    if (index >= 0) target = values[static_cast<std::size_t>(index)];
+    if (index >= 0) target = values[index];
   };
   for (ActuatorSpec& actuator : out.actuators) {
-    for (const ParameterInfo& p :
-         actuator_table()[static_cast<std::size_t>(find_actuator(actuator.model))].parameters) {
+    for (const ParameterInfo& p : actuator_table()[find_actuator(actuator.model)].parameters) {
       value_of(actuator.joint + "." + p.name, actuator.parameters[p.name]);
     }
   }
   out.effects.clear();
   for (const Component& component : model.effects()) {
-    EffectSpec spec{effect_table()[static_cast<std::size_t>(component.type)].name,
-                    model.place_name(component),
-                    {},
-                    component.recordings,
-                    ""};
+    EffectSpec spec{effect_table()[component.type].name, model.place_name(component), {}, component.recordings, ""};
     for (int k = 0; k < component.count; ++k) {
-      const auto index = static_cast<std::size_t>(component.first + k);
+      const std::size_t index = component.first + k;
       spec.parameters[model.parameters()[index].key] = values[index];
     }
     out.effects.push_back(std::move(spec));

@@ -63,7 +63,7 @@ class EffortSearch {
     std::vector<EffectSpec> out;
     for (const Channel& channel : experiment.channels) {
       if (channel.kind != ChannelKind::effort) continue;
-      const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+      const std::string& joint = experiment.joint_names[channel.joint];
       if (plain.model.find_effect_at("effort_scale", joint) < 0)
         out.push_back({"effort_scale", joint, {}, {}, "effort_scale"});
     }
@@ -135,7 +135,7 @@ class EffortSearch {
   std::string name_of(const Linearised& near, const Move& move) const {
     const auto name = [&](int k) {
       if (k < 0) return std::string("-");
-      const Part& part = near.parts()[static_cast<std::size_t>(k)];
+      const Part& part = near.parts()[k];
       std::string out = part.spec.effect + "@" + part.spec.place;
       for (const auto& [key, value] : part.spec.parameters) out += "," + key;
       return out;
@@ -143,9 +143,7 @@ class EffortSearch {
     return name(move.in) + ">" + name(move.out) + fmt::format("#{}", standing_.effects.size());
   }
 
-  static std::size_t numbers_of(const Linearised& near, int part) {
-    return near.parts()[static_cast<std::size_t>(part)].columns.size();
-  }
+  static std::size_t numbers_of(const Linearised& near, int part) { return near.parts()[part].columns.size(); }
 
   /// At every place the best of what can be put in, taken out or exchanged there; most evidence first.
   std::vector<Move> promising(const Linearised& near, const Linearised::Set& now, double standing) const {
@@ -159,13 +157,13 @@ class EffortSearch {
       if (move.gain > there.gain) there = move;
     };
     const auto& parts = near.parts();
-    for (int k = 0; k < static_cast<int>(parts.size()); ++k) {
-      const Part& part = parts[static_cast<std::size_t>(k)];
+    for (int k = 0; k < std::ssize(parts); ++k) {
+      const Part& part = parts[k];
       const Linearised::Set with = near.toggled(now, k);
       offer({0.0, part.present ? -1 : k, part.present ? k : -1, part.spec.place}, with);
       if (!part.present) continue;
-      for (int other = 0; other < static_cast<int>(parts.size()); ++other) {  // an exchange at the same place
-        const Part& rival = parts[static_cast<std::size_t>(other)];
+      for (int other = 0; other < std::ssize(parts); ++other) {  // an exchange at the same place
+        const Part& rival = parts[other];
         if (rival.present || rival.needs >= 0 || rival.spec.place != part.spec.place) continue;
         if (place_of(rival.spec) == place_of(part.spec)) continue;
         offer({0.0, other, k, part.spec.place}, near.toggled(with, other));
@@ -181,11 +179,11 @@ class EffortSearch {
   /// contain could be told of either.
   std::vector<int> clashing(const Linearised& near, const Linearised::Set& set, int which) const {
     const auto& parts = near.parts();
-    const Part& part = parts[static_cast<std::size_t>(which)];
+    const Part& part = parts[which];
     std::vector<int> out;
-    for (int k = 0; k < static_cast<int>(parts.size()); ++k) {
-      const Part& other = parts[static_cast<std::size_t>(k)];
-      if (!set[static_cast<std::size_t>(k)] || k == which || other.needs >= 0 || part.needs >= 0) continue;
+    for (int k = 0; k < std::ssize(parts); ++k) {
+      const Part& other = parts[k];
+      if (!set[k] || k == which || other.needs >= 0 || part.needs >= 0) continue;
       if (other.spec.place == part.spec.place && overlap(effect_info(other.spec.effect), effect_info(part.spec.effect)))
         out.push_back(k);
     }
@@ -202,15 +200,15 @@ class EffortSearch {
   SetChange change_of(const Linearised& near, const std::vector<Move>& moves) const {
     SetChange out;
     for (const Move& move : moves) {
-      if (move.out >= 0) out.out.push_back(place_of(near.parts()[static_cast<std::size_t>(move.out)].spec));
+      if (move.out >= 0) out.out.push_back(place_of(near.parts()[move.out].spec));
       if (move.in < 0) continue;
-      const Part& part = near.parts()[static_cast<std::size_t>(move.in)];
+      const Part& part = near.parts()[move.in];
       if (part.needs < 0) {
         out.in.push_back(part.spec);
         out.own.push_back(part.start.front());
         continue;
       }
-      const EffectSpec& old = standing_.effects[static_cast<std::size_t>(part.needs)];
+      const EffectSpec& old = standing_.effects[part.needs];
       out.shaped.emplace_back(place_of(old), part.spec);
       out.shapes.push_back(own_point_with(standing_.model, experiment_, old, part.spec, part.start[0][0]));
     }
@@ -223,9 +221,9 @@ class EffortSearch {
     if (!next) return false;
     bool sound = true;
     for (const Move& move : moves) {
-      if (move.in < 0 || sets_.ends_within(*next, near.parts()[static_cast<std::size_t>(move.in)].spec)) continue;
+      if (move.in < 0 || sets_.ends_within(*next, near.parts()[move.in].spec)) continue;
       refused_.insert(name_of(near, move));
-      unsound_.insert(place_of(near.parts()[static_cast<std::size_t>(move.in)].spec));
+      unsound_.insert(place_of(near.parts()[move.in].spec));
       sound = false;
     }
     if (!sound) {
@@ -252,7 +250,7 @@ class EffortSearch {
     std::vector<Candidate> round;
     for (const Move& move : moves) {
       if (move.in < 0) continue;
-      const Part& part = near.parts()[static_cast<std::size_t>(move.in)];
+      const Part& part = near.parts()[move.in];
       Candidate c;
       c.effect = part.spec.effect, c.place = part.spec.place;
       c.train_gain = move.gain;
@@ -303,8 +301,8 @@ class EffortSearch {
       const Linearised::Set now = near.present();
       int worst = -1;
       double least = HUGE_VAL;
-      for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
-        const EffectSpec& spec = standing_.effects[static_cast<std::size_t>(k)];
+      for (int k = 0; k < std::ssize(standing_.effects); ++k) {
+        const EffectSpec& spec = standing_.effects[k];
         if (needed.count(place_of(spec)) > 0) continue;
         const Linearised::Set without = near.toggled(now, k);
         const double loss = near.evidence(now) - near.evidence(without);
@@ -315,7 +313,7 @@ class EffortSearch {
         if ((idle || gain <= 0.0) && std::min(gain, loss) < least) least = std::min(gain, loss), worst = k;
       }
       if (worst < 0) return;
-      const EffectSpec gone = standing_.effects[static_cast<std::size_t>(worst)];
+      const EffectSpec gone = standing_.effects[worst];
       SetChange change;
       change.out.push_back(place_of(gone));
       std::optional<Hypothesis> next = sets_.changed(standing_, change, kFitIterations);
@@ -351,7 +349,7 @@ class EffortSearch {
   Eigen::ArrayXd energies(const Eigen::VectorXd& rest) const {
     const CurrentModel& now = standing_.model;
     const Problem problem = problem_of(now, sets_.context());
-    Eigen::ArrayXd out = Eigen::ArrayXd::Zero(static_cast<Eigen::Index>(experiment_.channels.size()));
+    Eigen::ArrayXd out = Eigen::ArrayXd::Zero(experiment_.channels.size());
     if (rest.size() == 0) return out + HUGE_VAL;  // no such set can be
     for (const ResidualBlock& block : problem.layout(validate_))
       out(block.channel) += rest.segment(block.first, block.count).squaredNorm();
@@ -367,10 +365,10 @@ class EffortSearch {
     const Eigen::Index second = std::max<Eigen::Index>(1, s.validate.size() / 40);
     const Linearised near = linearised(std::move(s), true);
     const Linearised::Set now = near.present();
-    for (int k = 0; k < static_cast<int>(standing_.effects.size()); ++k) {
+    for (int k = 0; k < std::ssize(standing_.effects); ++k) {
       if (options_.progress) options_.progress(0.9 + 0.1 * k / static_cast<double>(standing_.effects.size()));
       Finding finding = finding_of(near, now, k, second);
-      if (!sets_.ends_within(standing_, standing_.effects[static_cast<std::size_t>(k)])) {
+      if (!sets_.ends_within(standing_, standing_.effects[k])) {
         out.notes.push_back(
             fmt::format("{} at {} stays in the model, but is not claimed: a number of it ended at the "
                         "end of its range, where it is no law of a machine",
@@ -396,8 +394,8 @@ class EffortSearch {
       const Part& part = s.parts[k];
       if (part.present || part.needs >= 0 || unsound_.count(place_of(part.spec)) > 0) continue;
       double most = -HUGE_VAL;
-      for (int e = 0; e < static_cast<int>(standing_.effects.size()); ++e)
-        if (standing_.effects[static_cast<std::size_t>(e)].place == part.spec.place)
+      for (int e = 0; e < std::ssize(standing_.effects); ++e)
+        if (standing_.effects[e].place == part.spec.place)
           most = std::max(most, near.evidence(instead(near, now, e, static_cast<int>(k))));
       auto& there = best.emplace(place_of(part.spec), std::make_pair(-HUGE_VAL, k)).first->second;
       if (most - standing > there.first) there = {most - standing, k};
@@ -412,11 +410,11 @@ class EffortSearch {
   }
 
   Finding finding_of(const Linearised& near, const Linearised::Set& now, int k, Eigen::Index second) const {
-    const EffectSpec& spec = standing_.effects[static_cast<std::size_t>(k)];
+    const EffectSpec& spec = standing_.effects[k];
     std::vector<Linearised::Set> sets{now, near.toggled(now, k)};
     std::vector<int> rivals{-1, -1};
-    for (int r = 0; r < static_cast<int>(near.parts().size()); ++r) {
-      const Part& part = near.parts()[static_cast<std::size_t>(r)];
+    for (int r = 0; r < std::ssize(near.parts()); ++r) {
+      const Part& part = near.parts()[r];
       if (part.present || part.spec.place != spec.place) continue;
       sets.push_back(instead(near, now, k, r));
       rivals.push_back(r);
@@ -429,7 +427,7 @@ class EffortSearch {
     out.members = {spec.effect};
     const double standing = near.evidence(now);
     for (std::size_t s = 2; s < sets.size(); ++s) {
-      const Part& part = near.parts()[static_cast<std::size_t>(rivals[s])];
+      const Part& part = near.parts()[rivals[s]];
       out.rivals.push_back(
           {part.spec.effect, part.spec.place, shares[s], part.spec.parameters, part.start.front(), {}});
       if (standing - near.evidence(sets[s]) < kNotToldApart) out.members.push_back(part.spec.effect);
@@ -446,7 +444,7 @@ class EffortSearch {
     out.heldout_error = n > 1 ? std::sqrt(std::max(0.0, squares - sum * sum / n)) : 0.0;
     out.heldout_share = 1.0 - near.heldout(now) / std::min(near.heldout(sets[1]), -1e-300);
     const double gain = 0.5 * (near.train_energy(sets[1]) - near.train_energy(now));
-    const int numbers = static_cast<int>(near.parts()[static_cast<std::size_t>(k)].columns.size());
+    const int numbers = static_cast<int>(near.parts()[k].columns.size());
     out.p_value = chance(gain, std::max(numbers, 1), static_cast<int>(std::max<std::size_t>(sets_.offered(), 1)));
     out.stability = near.leads(sets, kBlockDraws, options_.seed);
     return out;

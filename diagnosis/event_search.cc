@@ -27,7 +27,7 @@ constexpr double kFewestInPiece = 16.0;  ///< samples
 constexpr double kFinest = 0.25;         ///< samples, to which an effort's edges are found
 
 Eigen::MatrixXd row_of(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::RowVectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return Eigen::Map<const Eigen::RowVectorXd>(values.data(), values.size());
 }
 
 /// All rectangles of one kind at one joint of a segment: columns `steps` are what there is from the start to each edge,
@@ -125,7 +125,7 @@ class EventView {
   EventView in_units_of(Eigen::VectorXd left) const {
     EventView out = *this;
     for (const ResidualBlock& b : blocks_) {
-      const Usual& unit = usual_[static_cast<std::size_t>(b.channel)];
+      const Usual& unit = usual_[b.channel];
       left.segment(b.first, b.count) *= unit.level * std::sqrt(unit.memory);
     }
     out.set_units(usual_rest(left, blocks_, noise_, experiment_.sample_period));
@@ -136,9 +136,7 @@ class EventView {
   bool is_usable() const { return rest_.allFinite(); }
   const Eigen::VectorXd& rest() const { return rest_; }
   const std::vector<EventPart>& parts() const { return parts_; }
-  const Segment& segment_of(const EventPart& part) const {
-    return experiment_.segments[static_cast<std::size_t>(part.segment)];
-  }
+  const Segment& segment_of(const EventPart& part) const { return experiment_.segments[part.segment]; }
   const EventPart& part_of(int segment) const {
     return *std::ranges::find_if(parts_, [&](const EventPart& p) { return p.segment == segment; });
   }
@@ -168,7 +166,7 @@ class EventView {
   std::vector<Offer> offers_in(const EventPart& part) const {
     std::vector<Offer> out;
     if (!is_linearised(part)) return out;
-    for (int j = 0; j < static_cast<int>(experiment_.joint_names.size()); ++j) {
+    for (int j = 0; j < std::ssize(experiment_.joint_names); ++j) {
       out.push_back(offered(part, EventSpec::Kind::effort, j));
       if (is_read(j)) out.push_back(offered(part, EventSpec::Kind::reading, j));
     }
@@ -196,8 +194,7 @@ class EventView {
   double usual(const EventPart& part) const {
     double out = 0.0;
     for (const ResidualBlock& b : blocks_)
-      if (b.segment == part.segment)
-        out += static_cast<double>(b.count) / usual_[static_cast<std::size_t>(b.channel)].memory;
+      if (b.segment == part.segment) out += static_cast<double>(b.count) / usual_[b.channel].memory;
     return out;
   }
 
@@ -221,7 +218,7 @@ class EventView {
   }
   void in_units(Eigen::Ref<Eigen::MatrixXd> rows, const std::vector<ResidualBlock>& blocks) const {
     for (const ResidualBlock& b : blocks) {
-      const Usual& usual = usual_[static_cast<std::size_t>(b.channel)];
+      const Usual& usual = usual_[b.channel];
       rows.middleRows(b.first, b.count) *= usual.level > 0.0 ? 1.0 / (usual.level * std::sqrt(usual.memory)) : 0.0;
     }
   }
@@ -235,13 +232,11 @@ class EventView {
   Eigen::MatrixXd own_changes(const EventPart& part, const std::vector<Event>& events) const {
     const Segment& segment = segment_of(part);
     const bool effort = events.front().kind == EventSpec::Kind::effort;
-    Eigen::MatrixXd courses(static_cast<Eigen::Index>(events.size()),
-                            static_cast<Eigen::Index>(effort ? segment.count - 1 : segment.count));
+    Eigen::MatrixXd courses(events.size(), static_cast<Eigen::Index>(effort ? segment.count - 1 : segment.count));
     for (std::size_t k = 0; k < events.size(); ++k)
-      courses.row(static_cast<Eigen::Index>(k)) =
-          row_of(effort ? mean_of_intervals(segment, events[k]) : value_at_samples(segment, events[k]));
+      courses.row(k) = row_of(effort ? mean_of_intervals(segment, events[k]) : value_at_samples(segment, events[k]));
     const int joint = events.front().joint;
-    const auto at = static_cast<std::size_t>(part.look);
+    const std::size_t at = part.look;
     Eigen::MatrixXd out = effort ? look_->changes_in(at, joint, courses) : look_->changes_read_in(at, joint, courses);
     std::vector<ResidualBlock> rows = blocks_of(part.segment);
     for (ResidualBlock& b : rows) b.first -= part.first;
@@ -262,7 +257,7 @@ class EventView {
   /// Efforts and readings, each at its joint.
   std::size_t kinds() const {
     std::size_t out = experiment_.joint_names.size();
-    for (int j = 0; j < static_cast<int>(experiment_.joint_names.size()); ++j) out += is_read(j);
+    for (int j = 0; j < std::ssize(experiment_.joint_names); ++j) out += is_read(j);
     return out;
   }
   Offer offered(const EventPart& part, EventSpec::Kind kind, int joint) const {
@@ -305,9 +300,7 @@ std::optional<FoundEvent> best_of(const std::vector<Offer>& offers, const EventV
         const double along = b(to) - b(from);
         if (!(energy > 0.0) || !(along * along > most * energy)) continue;
         most = along * along / energy;
-        out = FoundEvent{part.segment,
-                         {offer.kind, offer.joint, offer.edges[static_cast<std::size_t>(from)],
-                          offer.edges[static_cast<std::size_t>(to)], -along / energy}};
+        out = FoundEvent{part.segment, {offer.kind, offer.joint, offer.edges[from], offer.edges[to], -along / energy}};
       }
   }
   return out;
@@ -321,9 +314,7 @@ class EventSet {
   const std::vector<FoundEvent>& events() const { return events_; }
   const Eigen::VectorXd& left() const { return left_; }
   /// With one event out, the others as they are.
-  Eigen::VectorXd left_without(std::size_t k) const {
-    return left_ - events_[k].event.value * columns_.col(static_cast<Eigen::Index>(k));
-  }
+  Eigen::VectorXd left_without(std::size_t k) const { return left_ - events_[k].event.value * columns_.col(k); }
 
   void add(const FoundEvent& event) {
     events_.push_back(event);
@@ -342,7 +333,7 @@ class EventSet {
   void remove(std::size_t k) {
     std::vector<Eigen::Index> stay;
     for (std::size_t i = 0; i < events_.size(); ++i)
-      if (i != k) stay.push_back(static_cast<Eigen::Index>(i));
+      if (i != k) stay.push_back(i);
     events_.erase(events_.begin() + static_cast<std::ptrdiff_t>(k));
     columns_ = columns_(Eigen::all, stay).eval();
     normal_ = normal_(stay, stay).eval();
@@ -405,7 +396,7 @@ void move_edges(const EventView& view, const Eigen::VectorXd& without, double st
           if (tried.event.end - tried.event.begin > 0.5 * sample) offered.push_back(tried);
         }
     const std::vector<double> scores = view.scores(offered, without);
-    found = offered[static_cast<std::size_t>(std::ranges::max_element(scores) - scores.begin())];
+    found = offered[std::ranges::max_element(scores) - scores.begin()];
   }
 }
 

@@ -30,14 +30,14 @@ constexpr double kNumbersOfCommand = 2.0;  ///< its edges
 using Events = std::vector<FoundEvent>;
 
 Segment with_events(const Experiment& experiment, int segment, const Events& events) {
-  Segment out = experiment.segments[static_cast<std::size_t>(segment)];
+  Segment out = experiment.segments[segment];
   for (const FoundEvent& one : events)
     if (one.segment == segment) add_event(out, one.event);
   return out;
 }
 Experiment with_events(const Experiment& experiment, const Events& events) {
   Experiment out = experiment;
-  for (const FoundEvent& one : events) add_event(out.segments[static_cast<std::size_t>(one.segment)], one.event);
+  for (const FoundEvent& one : events) add_event(out.segments[one.segment], one.event);
   return out;
 }
 
@@ -135,7 +135,7 @@ class EventFinder {
   bool is_sparse(const Events& events, const std::vector<int>& segments) const {
     double span = 0.0;
     for (const int s : segments) {
-      const Segment& segment = recorded_.segments[static_cast<std::size_t>(s)];
+      const Segment& segment = recorded_.segments[s];
       span += segment.time(segment.count - 1);
     }
     std::map<std::pair<EventSpec::Kind, int>, double> lasting;
@@ -150,8 +150,7 @@ class EventFinder {
     const Eigen::VectorXd rest = problem.residual(model_.fit.point, one);
     return std::ranges::all_of(problem.layout(one), [&](const ResidualBlock& b) {
       const double power = rest.segment(b.first, b.count).squaredNorm();
-      return !(noise[static_cast<std::size_t>(b.channel)] > 0.0) ||
-             power <= kExplained * kExplained * static_cast<double>(b.count);
+      return !(noise[b.channel] > 0.0) || power <= kExplained * kExplained * static_cast<double>(b.count);
     });
   }
   static std::vector<double> noise_or_one(std::vector<double> noise) {
@@ -166,7 +165,7 @@ class EventFinder {
     std::ranges::stable_sort(events, std::greater<>{}, &FoundEvent::evidence);
     Events out;
     for (const FoundEvent& one : events) {
-      const Segment& segment = recorded_.segments[static_cast<std::size_t>(one.segment)];
+      const Segment& segment = recorded_.segments[one.segment];
       const double wake = kWake * (segment.time(segment.count - 1) - segment.time(0));
       const bool follows = std::ranges::any_of(out, [&](const FoundEvent& other) {
         return other.segment == one.segment && one.event.begin < other.event.end + wake &&
@@ -272,8 +271,7 @@ class EventFinder {
   }
   double samples_of(const std::vector<int>& segments) const {
     double out = 0.0;
-    for (const int s : segments)
-      out += static_cast<double>(recorded_.channels.size() * recorded_.segments[static_cast<std::size_t>(s)].count);
+    for (const int s : segments) out += static_cast<double>(recorded_.channels.size() * recorded_.segments[s].count);
     return out;
   }
   /// The lost or repeated command beside `others` and in place of a group that loses no more than `allowed`; by steps
@@ -282,7 +280,7 @@ class EventFinder {
                                          const Events& others, const Events& group, double allowed) const {
     const int segment = group.front().segment;
     const Segment without = with_events(recorded_, segment, others);
-    const auto joint = static_cast<std::size_t>(group.front().event.joint);
+    const std::size_t joint = group.front().event.joint;
     if (std::ranges::none_of(without.commands->value[joint], [](double x) { return x != 0.0; })) return std::nullopt;
     FoundEvent about = group.front();
     for (const FoundEvent& one : group) {
@@ -298,14 +296,14 @@ class EventFinder {
       const std::vector<double> lost = losses(segments, fitted, events, segment, tried);
       const auto here = std::ranges::min_element(lost);
       if (!(*here < least)) continue;
-      least = *here, about = offered[static_cast<std::size_t>(here - lost.begin())];
+      least = *here, about = offered[here - lost.begin()];
     }
     if (!(least < allowed)) return std::nullopt;
     return about;
   }
   /// Commands lost and repeated whose edges are up to two steps of samples away from an event's.
   static Events commands_around(const Segment& segment, const FoundEvent& about, int step) {
-    const std::vector<double>& u = segment.commands->value[static_cast<std::size_t>(about.event.joint)];
+    const std::vector<double>& u = segment.commands->value[about.event.joint];
     const int last = static_cast<int>(segment.count) - 1;
     const auto sample_at = [&](double time) {
       int k = 0;
@@ -339,13 +337,13 @@ class EventFinder {
         const std::vector<double> lost = losses(segments, fitted, events, segment, without);
         const auto least = std::ranges::min_element(lost);
         if (*least > kWorthLearning) break;
-        events = without[static_cast<std::size_t>(least - lost.begin())];
+        events = without[least - lost.begin()];
       }
     }
   }
 
   LearnedEvent described(const Events& group) const {
-    const Segment& in = recorded_.segments[static_cast<std::size_t>(group.front().segment)];
+    const Segment& in = recorded_.segments[group.front().segment];
     const Event& first = group.front().event;
     LearnedEvent out;
     out.kind = first.kind, out.recording = in.file, out.role = in.role;
@@ -358,7 +356,7 @@ class EventFinder {
       out.evidence = std::max(out.evidence, one.evidence);
       out.pieces.push_back(piece);
     }
-    const bool sliding = model_.model.robot().joints()[static_cast<std::size_t>(first.joint)].prismatic();
+    const bool sliding = model_.model.robot().joints()[first.joint].prismatic();
     switch (first.kind) {
       case EventSpec::Kind::effort: out.unit = sliding ? "N" : "N m", out.resembles = "a push"; break;
       case EventSpec::Kind::command:

@@ -157,7 +157,7 @@ double stability(std::span<const double> first, std::span<const double> second, 
     RandomStream random(seed, static_cast<std::uint32_t>(k), 0);
     double sum = 0.0;
     for (std::size_t i = 0; i < first.size(); ++i) {
-      const std::size_t pick = static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(first.size())));
+      const std::size_t pick = random.below(static_cast<std::uint32_t>(first.size()));
       sum += first[pick] - second[pick];
     }
     wins += sum > 0.0;
@@ -208,12 +208,12 @@ std::vector<Autocorrelation> autocorrelations(const Eigen::VectorXd& residual, s
       found.samples += static_cast<double>(block.count);
       energy += r.squaredNorm();
       for (Eigen::Index lag = 1; lag <= kLags && lag < block.count; ++lag)
-        found.by_lag[static_cast<std::size_t>(lag - 1)] += r.head(block.count - lag).dot(r.tail(block.count - lag));
+        found.by_lag[lag - 1] += r.head(block.count - lag).dot(r.tail(block.count - lag));
     }
     if (!(energy > 0.0) || !std::isfinite(energy) || found.samples <= 2 * kLags) continue;
     const double n = found.samples;
     for (int lag = 1; lag <= kLags; ++lag) {
-      const double rho = found.by_lag[static_cast<std::size_t>(lag - 1)] /= energy;
+      const double rho = found.by_lag[lag - 1] /= energy;
       sum += n * (n + 2.0) * rho * rho / (n - lag);
     }
     const boost::math::chi_squared law(kLags);

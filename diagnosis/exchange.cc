@@ -13,7 +13,7 @@ constexpr double kLead = 1.0;  ///< log-evidence that a rival must be ahead by t
 Rival as_rival(const Finding& finding, const CurrentModel& current) {
   Rival out{finding.effect, finding.place, 0.0, finding.fixed, {}, finding.recordings};
   const int at = current.model.find_effect_at(finding.effect, finding.place);
-  const Component& component = current.model.effects()[static_cast<std::size_t>(at)];
+  const Component& component = current.model.effects()[at];
   for (std::size_t a = 0; a < current.space.size(); ++a) {
     const int parameter = current.space.axes()[a].parameter;
     if (parameter >= component.first && parameter < component.first + component.count)

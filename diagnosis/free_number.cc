@@ -8,7 +8,7 @@ namespace lacuna {
 namespace {
 
 const Component& component_of(const PlantModel& model, const EffectSpec& member) {
-  return model.effects()[static_cast<std::size_t>(model.find_effect_at(member.effect, member.place))];
+  return model.effects()[model.find_effect_at(member.effect, member.place)];
 }
 
 /// The number's starts, with the model's values there.
@@ -16,7 +16,7 @@ void add_starts(const CurrentModel& now, const Experiment& experiment, const Fre
                 std::vector<FreeNumber>& starts, std::vector<std::vector<double>>& values) {
   const std::vector<double> plain = now.space.expand(now.fit.point);
   for (const Axis& axis : effect_axes(now.model, experiment, component_of(now.model, number.member), number.with)) {
-    const auto index = static_cast<std::size_t>(axis.parameter);
+    const std::size_t index = axis.parameter;
     if (now.model.parameters()[index].key != number.key) continue;
     for (const std::vector<double>& start : starting_points(now.model, experiment, {axis})) {
       starts.push_back(number);
@@ -53,7 +53,7 @@ std::vector<double> own_point_with(const CurrentModel& now, const Experiment& ex
   const std::vector<double> values = now.space.expand(now.fit.point);
   std::vector<double> out;
   for (const Axis& axis : effect_axes(now.model, experiment, component_of(now.model, member), with)) {
-    const auto index = static_cast<std::size_t>(axis.parameter);
+    const std::size_t index = axis.parameter;
     const bool fresh = member.parameters.count(now.model.parameters()[index].key) > 0;
     out.push_back(fresh ? start : to_search(axis.coordinate, values[index]));
   }

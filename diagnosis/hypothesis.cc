@@ -20,13 +20,10 @@ constexpr Eigen::Index kHeldoutBlocks = 40;
 
 NamedPlace place_of(const EffectSpec& spec) { return {spec.effect, spec.place}; }
 
-const EffectInfo& effect_info(const std::string& effect) {
-  return effect_table()[static_cast<std::size_t>(find_effect(effect))];
-}
+const EffectInfo& effect_info(const std::string& effect) { return effect_table()[find_effect(effect)]; }
 
 std::vector<std::size_t> own_axes(const CurrentModel& current, const EffectSpec& spec) {
-  const Component& c =
-      current.model.effects()[static_cast<std::size_t>(current.model.find_effect_at(spec.effect, spec.place))];
+  const Component& c = current.model.effects()[current.model.find_effect_at(spec.effect, spec.place)];
   std::vector<std::size_t> out;
   for (std::size_t a = 0; a < current.space.size(); ++a) {
     const int p = current.space.axes()[a].parameter;
@@ -99,8 +96,7 @@ std::optional<Hypothesis> Hypotheses::changed(const Hypothesis& from, const SetC
     const auto shaped = std::find_if(change.shaped.begin(), change.shaped.end(),
                                      [&](const auto& s) { return s.first == place_of(spec); });
     const bool same = shaped == change.shaped.end();
-    add(same ? spec : shaped->second,
-        same ? present(spec) : change.shapes[static_cast<std::size_t>(shaped - change.shaped.begin())]);
+    add(same ? spec : shaped->second, same ? present(spec) : change.shapes[shaped - change.shaped.begin()]);
     out.effects.push_back(same ? spec : shaped->second);
   }
   for (std::size_t k = 0; k < change.in.size(); ++k) {
@@ -130,7 +126,7 @@ FittedRows Hypotheses::rows(const CurrentModel& model, std::span<const double> w
   out.residual = asked.reweighed(model.fit.residual, own, train_);
   const Eigen::MatrixXd J = asked.reweighed(model.fit.jacobian, own, train_);
   for (std::size_t a = 0; a < model.space.size(); ++a)
-    out.columns.push_back(column_of(model.space.axes()[a], model.fit.point[a], J.col(static_cast<Eigen::Index>(a))));
+    out.columns.push_back(column_of(model.space.axes()[a], model.fit.point[a], J.col(a)));
   return out;
 }
 
@@ -149,7 +145,7 @@ Eigen::VectorXd Hypotheses::heldout_rows(const Hypothesis& of, const Hypothesis&
 double Hypotheses::evidence_of(FittedRows rows, const Colour& colour) {
   colour.whiten(rows.residual, rows.blocks);
   for (LinearColumn& c : rows.columns) colour.whiten(c.train, rows.blocks);
-  const std::vector<int> blocks(static_cast<std::size_t>(rows.residual.size()), 0);
+  const std::vector<int> blocks(rows.residual.size(), 0);
   const Linearised alone(std::move(rows.residual), {}, std::move(rows.columns), {}, blocks);
   return alone.evidence({});
 }
@@ -197,7 +193,7 @@ std::vector<Eigen::Index> Hypotheses::heldout_rows_of(const CurrentModel& model,
   const Problem problem = problem_of(model, context_);
   std::vector<Eigen::Index> out;
   for (const ResidualBlock& block : problem.layout(validate_))
-    if (context_.experiment.channels[static_cast<std::size_t>(block.channel)].joint == joint)
+    if (context_.experiment.channels[block.channel].joint == joint)
       for (Eigen::Index k = 0; k < block.count; ++k) out.push_back(block.first + k);
   return out;
 }
@@ -212,7 +208,7 @@ double Hypotheses::log_prior(const std::vector<EffectSpec>& effects) const {
 double Hypotheses::choices_of(const EffectSpec& spec) const {
   if (spec.recordings.empty()) return 1.0;
   std::set<std::string> files;
-  for (const int s : train_) files.insert(context_.experiment.segments[static_cast<std::size_t>(s)].file);
+  for (const int s : train_) files.insert(context_.experiment.segments[s].file);
   return std::pow(2.0, static_cast<double>(files.size()));
 }
 
@@ -220,7 +216,7 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
   const std::vector<double> values = h.model.space.expand(h.model.fit.point);
   for (const std::size_t a : own_axes(h.model, spec)) {
     const Axis& axis = h.model.space.axes()[a];
-    const Parameter& p = h.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = h.model.model.parameters()[axis.parameter];
     if (p.info->optional || p.info->per_joint) continue;  // of every joint: of one that moves little it may be neutral
     if (!is_large_enough(h.model, context_.experiment, axis, h.model.fit.point[a])) return false;
     const double x = h.model.fit.point[a];
@@ -234,8 +230,7 @@ bool Hypotheses::ends_within(const Hypothesis& h, const EffectSpec& spec) const 
     if (p.info->at_least == nullptr) continue;
     const std::string base = p.name.substr(0, p.name.size() - p.key.size());
     const int other = h.model.model.find(base + p.info->at_least);
-    if (other >= 0 && values[static_cast<std::size_t>(axis.parameter)] <= values[static_cast<std::size_t>(other)])
-      return false;
+    if (other >= 0 && values[axis.parameter] <= values[other]) return false;
   }
   return true;
 }
@@ -251,7 +246,7 @@ bool Hypotheses::is_determined(const Hypothesis& h, const EffectSpec& spec) cons
   int determined = 0, strengths = 0;
   for (const std::size_t a : own_axes(now, spec)) {
     const Axis& axis = now.space.axes()[a];
-    const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = now.model.parameters()[axis.parameter];
     const bool from_infinity = p.info->coordinate == Coordinate::inverse && !p.info->optional;
     if (shared ? !p.info->per_joint : !is_strength(*p.info) && !from_infinity) continue;
     const auto i = static_cast<Eigen::Index>(a);

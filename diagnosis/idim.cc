@@ -46,16 +46,15 @@ std::vector<Eigen::MatrixXd> columns_of(const PlantModel& model, const Segment& 
   const int n = model.dof();
   const MeasuredMotion& m = *segment.motion;
   const auto samples = static_cast<Eigen::Index>(m.samples());
-  std::vector<Eigen::MatrixXd> out(static_cast<std::size_t>(n),
-                                   Eigen::MatrixXd::Zero(samples, n * (kOfLink + kOfJoint)));
+  std::vector<Eigen::MatrixXd> out(n, Eigen::MatrixXd::Zero(samples, n * (kOfLink + kOfJoint)));
   const std::unique_ptr<Dynamics> dynamics = find_engine("featherstone").build(model.robot_ptr(), model.gravity());
-  const std::size_t size = static_cast<std::size_t>(n);
+  const std::size_t size = n;
   std::vector<double> q(size), v(size), a(size), tau(size);
   Eigen::MatrixXd plain(n, samples);
   const auto pass = [&](const auto& take) {
     for (Eigen::Index k = 0; k < samples; ++k) {
       for (std::size_t j = 0; j < size; ++j) {
-        const std::size_t i = static_cast<std::size_t>(k);
+        const std::size_t i = k;
         q[j] = m.q[j][i], v[j] = m.v[j][i], a[j] = m.a[j][i];
       }
       dynamics->inverse_dynamics(q, v, a, tau);
@@ -69,18 +68,16 @@ std::vector<Eigen::MatrixXd> columns_of(const PlantModel& model, const Segment& 
       const double unit = unit_of(own, number);
       dynamics->set_inertial(body, moved(own, number, unit));
       pass([&](Eigen::Index k) {
-        for (int j = 0; j < n; ++j)
-          out[static_cast<std::size_t>(j)](k, body * kOfLink + number) =
-              (tau[static_cast<std::size_t>(j)] - plain(j, k)) / unit;
+        for (int j = 0; j < n; ++j) out[j](k, body * kOfLink + number) = (tau[j] - plain(j, k)) / unit;
       });
     }
     dynamics->set_inertial(body, own);
   }
   for (int j = 0; j < n; ++j) {
-    const std::size_t i = static_cast<std::size_t>(j);
+    const std::size_t i = j;
     auto own = out[i].middleCols(n * kOfLink + j * kOfJoint, kOfJoint);
     for (Eigen::Index k = 0; k < samples; ++k) {
-      const std::size_t at = static_cast<std::size_t>(k);
+      const std::size_t at = k;
       own.row(k) << m.v[i][at], m.direction[i][at], 1.0, m.a[i][at];
     }
   }
@@ -96,11 +93,11 @@ struct Rows {
 /// Effort per unit of a compared channel; 0: the command is no effort.
 double effort_per_unit(const PlantModel& model, const Channel& channel) {
   if (channel.kind == ChannelKind::effort) return 1.0;
-  const Component& c = model.actuators()[static_cast<std::size_t>(channel.joint)];
+  const Component& c = model.actuators()[channel.joint];
   if (c.type < 0) return 1.0;  // passive: an effort of 0
-  const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(c.type)];
+  const ActuatorInfo& info = actuator_table()[c.type];
   if (info.input != Stage::effort || info.roles.gain < 0) return 0.0;
-  return model.parameters()[static_cast<std::size_t>(c.first + info.roles.gain)].value;
+  return model.parameters()[c.first + info.roles.gain].value;
 }
 
 std::vector<std::size_t> effort_channels(const Experiment& experiment) {
@@ -118,7 +115,7 @@ Rows rows_of(const PlantModel& model, const Experiment& experiment, Role role) {
   Rows out;
   for (const int s : segments)
     for (const std::size_t c : channels) {
-      const auto n = static_cast<Eigen::Index>(experiment.segments[static_cast<std::size_t>(s)].compared.size());
+      const auto n = static_cast<Eigen::Index>(experiment.segments[s].compared.size());
       out.blocks.push_back({s, static_cast<int>(c), count, n});
       count += n;
     }
@@ -126,12 +123,12 @@ Rows rows_of(const PlantModel& model, const Experiment& experiment, Role role) {
   out.measured.resize(count);
   std::size_t block = 0;
   for (const int s : segments) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment.segments[s];
     const ZeroPhaseLowPass filter(cutoff, segment.motion->rate);
     const std::vector<Eigen::MatrixXd> raw = columns_of(model, segment);
     for (const std::size_t c : channels) {
       const Channel& channel = experiment.channels[c];
-      const Eigen::MatrixXd& of_joint = raw[static_cast<std::size_t>(channel.joint)];
+      const Eigen::MatrixXd& of_joint = raw[channel.joint];
       const double unit = effort_per_unit(model, channel);
       const Eigen::Index first = out.blocks[block++].first;
       for (Eigen::Index column = 0; column < of_joint.cols(); ++column) {
@@ -154,8 +151,8 @@ std::vector<double> rms_of(const Rows& rows, const Eigen::VectorXd& x, std::size
   for (const ResidualBlock& b : rows.blocks)
     for (Eigen::Index k = b.first; k < b.first + b.count; ++k) {
       if (!std::isfinite(rest(k))) continue;
-      sum[static_cast<std::size_t>(b.channel)] += rest(k) * rest(k);
-      n[static_cast<std::size_t>(b.channel)] += 1.0;
+      sum[b.channel] += rest(k) * rest(k);
+      n[b.channel] += 1.0;
     }
   for (std::size_t c = 0; c < channels; ++c) sum[c] = n[c] > 0.0 ? std::sqrt(sum[c] / n[c]) : std::nan("");
   return sum;
@@ -167,7 +164,7 @@ Eigen::VectorXd solve(const Rows& rows, const std::vector<double>& weights, int&
   Eigen::VectorXd b = rows.measured;
   for (const ResidualBlock& block : rows.blocks)
     for (Eigen::Index k = block.first; k < block.first + block.count; ++k) {
-      const double w = std::isfinite(b(k)) ? 1.0 / weights[static_cast<std::size_t>(block.channel)] : 0.0;
+      const double w = std::isfinite(b(k)) ? 1.0 / weights[block.channel] : 0.0;
       A.row(k) *= w;
       b(k) = w > 0.0 ? w * b(k) : 0.0;
     }
@@ -198,15 +195,14 @@ std::optional<Idim> regress_base_parameters(const PlantModel& model, const Exper
   out.columns = static_cast<int>(train.columns.cols());
   for (int j = 0; j < model.dof(); ++j) {
     const Eigen::Index first = model.dof() * kOfLink + j * kOfJoint;
-    out.joints.push_back(
-        {experiment.joint_names[static_cast<std::size_t>(j)], x(first), x(first + 1), x(first + 2), x(first + 3)});
+    out.joints.push_back({experiment.joint_names[j], x(first), x(first + 1), x(first + 2), x(first + 3)});
   }
   for (const Role role : {Role::train, Role::validate, Role::test}) {
     const std::vector<double> rms =
         rms_of(role == Role::train ? train : rows_of(model, experiment, role), x, weights.size());
     JointRms named;
     for (const std::size_t c : effort_channels(experiment))
-      named.emplace_back(experiment.joint_names[static_cast<std::size_t>(experiment.channels[c].joint)], rms[c]);
+      named.emplace_back(experiment.joint_names[experiment.channels[c].joint], rms[c]);
     out.rms.emplace_back(role, std::move(named));
   }
   return out;

@@ -58,7 +58,7 @@ bool takes_from_one(const Tried& tried) {
   int taking = 0;
   for (std::size_t a = plain; a < errors.size(); ++a) {
     const Axis& axis = tried.model.space.axes()[a];
-    const Parameter& p = tried.model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = tried.model.model.parameters()[axis.parameter];
     const double off = std::fabs(tried.model.fit.point[a] - to_search(axis.coordinate, p.neutral));
     taking += p.info->per_joint && off > kUndriven * errors[a];
   }
@@ -78,7 +78,7 @@ bool at_end(const CurrentModel& model, const Component& effect, const Experiment
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const Axis& axis = axes[a];
     if (axis.parameter < effect.first || axis.parameter >= effect.first + effect.count) continue;
-    const Parameter& p = model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = model.model.parameters()[axis.parameter];
     const bool first = std::exchange(leading, false);
     if (p.info->optional || p.info->per_joint) continue;
     const double x = model.fit.point[a], margin = kAtEnd * size_of(axis, p, model.model, experiment);
@@ -164,7 +164,7 @@ double Judge::doubt(const Tried& tried) const {
   const Eigen::VectorXd error = kErrorOverChange * (problem.residual(tried.model.fit.point, train_) - rest);
   std::vector<double> errors(tried.train.channels.size(), 0.0), rests = errors;
   for (const ResidualBlock& block : plain_.layout(train_)) {
-    const std::size_t c = static_cast<std::size_t>(block.channel);
+    const std::size_t c = block.channel;
     errors[c] += error.segment(block.first, block.count).squaredNorm();
     rests[c] += rest.segment(block.first, block.count).squaredNorm();
   }
@@ -180,7 +180,7 @@ double Judge::doubt(const Tried& tried) const {
 }
 
 std::optional<Tried> Judge::freed(const Tried& tried) {
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(tried.effect.spec.effect))];
+  const EffectInfo& info = effect_table()[find_effect(tried.effect.spec.effect)];
   EffectSpec spec = tried.effect.spec;
   for (const ParameterInfo& p : info.parameters) {
     if (p.optional) spec.parameters.erase(p.name);
@@ -190,7 +190,7 @@ std::optional<Tried> Judge::freed(const Tried& tried) {
   std::vector<double> own;
   std::size_t taken = 0;
   for (const Axis& axis : effect_axes(model, context_.experiment, model.effects().back(), spec)) {
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = model.parameters()[axis.parameter];
     const double size = typical_size(p.info->scale, model, context_.experiment, p.joint, model.values());
     own.push_back(p.info->optional ? to_search(axis.coordinate, p.info->starts.front() * size)
                                    : tried.effect.own[taken++]);
@@ -278,7 +278,7 @@ std::vector<Judge::Energy> Judge::heldout_energy() const {
   const std::vector<double> noise = noise_over_weight(context_.experiment, current_.weights);
   std::map<int, Energy> channels;
   for (const ResidualBlock& block : plain_.layout(validate_)) {
-    const std::size_t c = static_cast<std::size_t>(block.channel);
+    const std::size_t c = block.channel;
     const double ratio = noise[c] > 0.0 ? noise[c] : 0.0;
     Energy& of = channels[block.channel];
     of.before += before_validate_.segment(block.first, block.count).squaredNorm();

@@ -57,7 +57,7 @@ class Judge {
     const int threads = context_.simulator.threads, count = static_cast<int>(those.size());
     const bool at_once = context_.simulator.ranks == nullptr && count > 1;
     if (at_once) context_.simulator.threads = std::max(1, threads / count);
-    parallel_for(at_once ? threads : 1, count, [&](int, int k) { work(*those[static_cast<std::size_t>(k)]); });
+    parallel_for(at_once ? threads : 1, count, [&](int, int k) { work(*those[k]); });
     context_.simulator.threads = threads;
   }
 

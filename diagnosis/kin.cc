@@ -29,7 +29,7 @@ std::map<std::string, double> found_values(const ScreenedEffect& source, const C
   const std::size_t first = axes.size() - source.own.size();
   for (std::size_t k = 0; k < source.own.size(); ++k) {
     const Axis& axis = axes[first + k];
-    const Parameter& p = model.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = model.model.parameters()[axis.parameter];
     out[p.info->name] = from_search(axis.coordinate, source.own[k]);
   }
   return out;
@@ -40,7 +40,7 @@ std::vector<std::vector<double>> grid(const std::vector<Axis>& axes, const Plant
                                       const Experiment& experiment, const std::map<std::string, double>& found) {
   std::vector<std::vector<double>> points{{}};
   for (const Axis& axis : axes) {
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = model.parameters()[axis.parameter];
     std::vector<double> values;
     if (const auto known = found.find(p.info->name); known != found.end()) {
       values.push_back(known->second);

@@ -51,7 +51,7 @@ std::vector<double> LawColumns::course(std::size_t at, int joint, const Learnabl
   const auto whose = static_cast<std::size_t>(variable.of > 0 ? variable.of - 1 : joint);
   if (variable.over == LearnedCurve::kPosition) return motion.q[whose];
   if (variable.over == LearnedCurve::kSpeed) return motion.v[whose];
-  const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments_[at])];
+  const Segment& segment = experiment_.segments[segments_[at]];
   const auto first = segment.commands->value[whose].begin() + static_cast<std::ptrdiff_t>(segment.first);
   return {first, first + static_cast<std::ptrdiff_t>(motion.samples())};
 }
@@ -61,32 +61,32 @@ Eigen::MatrixXd LawColumns::weights(std::size_t at, const Learnable& law) const 
   if (law.beside) y = course(at, law.joint, *law.beside);
   if (law.stage == Stage::reading) x = at_samples(x);
   const int columns = law.beside ? law.beside->knots : 1;
-  Eigen::MatrixXd out(law.size(), static_cast<Eigen::Index>(x.size()));
+  Eigen::MatrixXd out(law.size(), x.size());
   for (std::size_t k = 0; k < x.size(); ++k)
     for (int row = 0; row < law.over.knots; ++row) {
       const double of_row = weight_at(law.over, law.period, x[k], row);
       for (int column = 0; column < columns; ++column)
-        out(row * columns + column, static_cast<Eigen::Index>(k)) =
+        out(row * columns + column, k) =
             of_row * (law.beside && of_row != 0.0 ? weight_at(*law.beside, 0.0, y[k], column) : 1.0);
     }
   return out;
 }
 
 Eigen::MatrixXd LawColumns::commanded(const Learnable& law) const {
-  const std::string& name = experiment_.joint_names[static_cast<std::size_t>(law.joint)];
+  const std::string& name = experiment_.joint_names[law.joint];
   const PlantModel& plain = now_.model;
   const bool stands = plain.find_effect_at(learned_effect(law.stage), name) >= 0;
   const PlantModel model = stands ? plain : plain.with_effects({law.spec(name)});
   std::vector<double> present = model.values();
   const std::vector<double> fitted = now_.space.expand(now_.fit.point);
   std::copy(fitted.begin(), fitted.end(), present.begin());
-  const double nudge = kNudge * experiment_.command_rms[static_cast<std::size_t>(law.joint)];
+  const double nudge = kNudge * experiment_.command_rms[law.joint];
   const int first = model.find(fmt::format("{}.{}.value_1", name, learned_effect(law.stage)));
-  std::vector<std::vector<double>> nudged(static_cast<std::size_t>(law.size()), present);
-  for (std::size_t k = 0; k < nudged.size(); ++k) nudged[k][static_cast<std::size_t>(first) + k] += nudge;
+  std::vector<std::vector<double>> nudged(law.size(), present);
+  for (std::size_t k = 0; k < nudged.size(); ++k) nudged[k][first + k] += nudge;
   const std::vector<Eigen::VectorXd> changes = look_.changes(model, nudged);
   Eigen::MatrixXd out(changes.front().size(), law.size());
-  for (std::size_t k = 0; k < changes.size(); ++k) out.col(static_cast<Eigen::Index>(k)) = changes[k] / nudge;
+  for (std::size_t k = 0; k < changes.size(); ++k) out.col(k) = changes[k] / nudge;
   return out;
 }
 

@@ -71,7 +71,7 @@ std::vector<Learnable> LawFit::offer(const std::vector<int>& joints) const {
   };
   parallel_for(
       sets_.context().simulator.threads, static_cast<int>(simulated.begin() - out.begin()),
-      [&](int, int k) { weigh(out[static_cast<std::size_t>(k)]); }, sets_.context().simulator.stop);
+      [&](int, int k) { weigh(out[k]); }, sets_.context().simulator.stop);
   std::ranges::for_each(simulated, weigh);
   return best_of_each(std::move(out));
 }
@@ -82,7 +82,7 @@ std::vector<LawFit::Family> LawFit::families(const LawColumns& along, int joint)
   std::vector<Family> out;
   const auto add = [&](Stage stage, Learnable::Variable over, std::span<const int> resolutions,
                        std::optional<Learnable::Variable> beside = {}) {
-    const std::string& name = experiment_.joint_names[static_cast<std::size_t>(joint)];
+    const std::string& name = experiment_.joint_names[joint];
     if (standing_.model.model.find_effect_at(learned_effect(stage), name) >= 0) return;
     if (!along.cover(joint, over) || (beside && beside->knots > 2 && !along.cover(joint, *beside))) return;
     out.push_back({{joint, stage, over, beside, {over.from, over.to}, 0.0, {}, {}, -HUGE_VAL}, resolutions});
@@ -91,7 +91,7 @@ std::vector<LawFit::Family> LawFit::families(const LawColumns& along, int joint)
   add(Stage::link, {kSpeed}, kSharp);
   // In hundreds of windows of a second or two more than a joint's own position and speed costs minutes.
   if (std::holds_alternative<Windows>(experiment_.prediction)) return out;
-  const double rest = kAtRest * experiment_.speed_rms[static_cast<std::size_t>(joint)];
+  const double rest = kAtRest * experiment_.speed_rms[joint];
   if (rest > 0.0) add(Stage::link, {kPosition}, kCoarse, Learnable::Variable{kSpeed, 0, -rest, rest, 2});
   add(Stage::link, {kPosition}, kOfMaps, Learnable::Variable{kSpeed, 0, 0.0, 0.0, kOfMaps.front()});
   for (int other = 1; other <= standing_.model.model.dof(); ++other) {
@@ -214,7 +214,7 @@ double LawFit::left_by(const Hypothesis& one) const {
   double out = 0.0;
   const Problem problem = problem_of(one.model, sets_.context());
   for (const ResidualBlock& b : problem.layout(sets_.train())) {
-    const auto c = static_cast<std::size_t>(b.channel);
+    const std::size_t c = b.channel;
     const double unit = one.model.weights[c] / standing_.model.weights[c];
     out += unit * unit * one.model.fit.residual.segment(b.first, b.count).squaredNorm();
   }

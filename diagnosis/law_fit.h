@@ -43,9 +43,7 @@ class LawFit {
   /// Energy on the train recordings over the noise, in the unit of the standing set's weights whatever the fit's own.
   double left_by(const Hypothesis& one) const;
 
-  const std::string& name_of(const Learnable& law) const {
-    return experiment_.joint_names[static_cast<std::size_t>(law.joint)];
-  }
+  const std::string& name_of(const Learnable& law) const { return experiment_.joint_names[law.joint]; }
   NamedPlace place_of_law(const Learnable& law) const { return {learned_effect(law.stage), name_of(law)}; }
 
  private:

@@ -63,9 +63,7 @@ class Learner {
   void learn_joint_by_joint(LearnedLaws& out) {
     for (const int joint : every_joint()) {
       std::vector<EffectSpec> names = named_effects();
-      std::erase_if(names, [&](const EffectSpec& spec) {
-        return spec.place != experiment_.joint_names[static_cast<std::size_t>(joint)];
-      });
+      std::erase_if(names, [&](const EffectSpec& spec) { return spec.place != experiment_.joint_names[joint]; });
       if (!learn(laws_.offer({joint}))) continue;
       drop_needless(names, out.needless);
       call_by_simpler_names(out.simpler);
@@ -89,7 +87,7 @@ class Learner {
   /// Whether the motion is measured and efforts are predicted.
   bool is_measured() const { return std::holds_alternative<InverseDynamics>(experiment_.prediction); }
   std::vector<int> every_joint() const {
-    std::vector<int> out(static_cast<std::size_t>(standing_.model.model.dof()));
+    std::vector<int> out(standing_.model.model.dof());
     std::iota(out.begin(), out.end(), 0);
     return out;
   }
@@ -144,8 +142,7 @@ class Learner {
     for (int joint = 0; joint < standing_.model.model.dof(); ++joint) {
       SetChange without;
       for (const EffectSpec& spec : named_effects())
-        if (spec.place == experiment_.joint_names[static_cast<std::size_t>(joint)])
-          without.out.push_back(place_of(spec));
+        if (spec.place == experiment_.joint_names[joint]) without.out.push_back(place_of(spec));
       if (without.out.size() < 2) continue;
       std::optional<Hypothesis> base = sets_.changed(standing_, without, kRefitSteps);
       if (!base) continue;
@@ -274,7 +271,7 @@ class Learner {
     const Learnable& law = kept.law;
     const Robot& robot = standing_.model.model.robot();
     LearnedLaw out;
-    out.place = experiment_.joint_names[static_cast<std::size_t>(law.joint)], out.stage = law.stage;
+    out.place = experiment_.joint_names[law.joint], out.stage = law.stage;
     const std::vector<std::string> names = variables_of(law.spec(out.place), robot);
     const auto variable = [&](const Learnable::Variable& v, const std::string& name, double from, double to) {
       const int whose = v.of > 0 ? v.of - 1 : law.joint;
@@ -301,9 +298,7 @@ class Learner {
     describe_curve(out);
     return out;
   }
-  bool is_sliding(int joint) const {
-    return standing_.model.model.robot().joints()[static_cast<std::size_t>(joint)].prismatic();
-  }
+  bool is_sliding(int joint) const { return standing_.model.model.robot().joints()[joint].prismatic(); }
   std::string unit_of(LearnedCurve::Variable variable, int joint) const {
     switch (variable) {
       case LearnedCurve::kPosition: return is_sliding(joint) ? "m" : "rad";

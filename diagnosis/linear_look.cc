@@ -15,7 +15,7 @@ bool is_simulated(const Experiment& experiment) {
 
 constexpr double kPush = 1e-3;  ///< of a joint's typical effort, by which the prediction's sensitivity is taken
 
-const Hooks<double>& hooks_of_type(int type) { return Effects::hooks<double>()[static_cast<std::size_t>(type)]; }
+const Hooks<double>& hooks_of_type(int type) { return Effects::hooks<double>()[type]; }
 
 /// Whether the link and what drives it are two.
 bool has_sides(const PlantModel& model) {
@@ -26,10 +26,9 @@ bool has_sides(const PlantModel& model) {
 }
 
 Eigen::MatrixXd matrix_of(const std::vector<std::vector<double>>& efforts) {
-  Eigen::MatrixXd out(static_cast<Eigen::Index>(efforts.size()), static_cast<Eigen::Index>(efforts.front().size()));
+  Eigen::MatrixXd out(efforts.size(), efforts.front().size());
   for (std::size_t j = 0; j < efforts.size(); ++j)
-    out.row(static_cast<Eigen::Index>(j)) =
-        Eigen::Map<const Eigen::RowVectorXd>(efforts[j].data(), static_cast<Eigen::Index>(efforts[j].size()));
+    out.row(j) = Eigen::Map<const Eigen::RowVectorXd>(efforts[j].data(), efforts[j].size());
   return out;
 }
 
@@ -56,8 +55,7 @@ void LinearLook::linearise() {
   motions_ = plain->linearise(values.front(), segments_, sizes);
   if (!std::all_of(motions_.begin(), motions_.end(), [](const LinearMotion& m) { return m.is_finite(); })) return;
   needs_.resize(experiment_.segments.size());
-  plain->excess(values, segments_, motions_,
-                [&](int, int s, const auto& efforts) { needs_[static_cast<std::size_t>(s)] = matrix_of(efforts); });
+  plain->excess(values, segments_, motions_, [&](int, int s, const auto& efforts) { needs_[s] = matrix_of(efforts); });
   problem_.emplace(current_.model, experiment_, current_.space, simulator_, current_.weights);
 }
 
@@ -75,13 +73,11 @@ void LinearLook::probe_efforts() {
   for (int j = 0; j < model.dof(); ++j)
     size = std::max(size, typical_size(Scale::effort, model, experiment_, j, present));
   const double push = kPush * (size > 0.0 ? size : 1.0);
-  for (const std::string& joint : experiment_.joint_names)
-    pushed[1][static_cast<std::size_t>(model.find(joint + ".torque_offset.tau0"))] += push;
+  for (const std::string& joint : experiment_.joint_names) pushed[1][model.find(joint + ".torque_offset.tau0")] += push;
   std::vector<std::vector<std::vector<double>>> predicted(2);
   make_simulator(model, experiment_, simulator_)
-      ->run(pushed, std::span(&segments_.front(), 1), [&](int individual, int, const auto& channels) {
-        predicted[static_cast<std::size_t>(individual)] = channels;
-      });
+      ->run(pushed, std::span(&segments_.front(), 1),
+            [&](int individual, int, const auto& channels) { predicted[individual] = channels; });
   for (std::size_t c = 0; c < experiment_.channels.size(); ++c) {
     double sum = 0.0;
     for (std::size_t k = 0; k < predicted[0][c].size(); ++k) sum += predicted[1][c][k] - predicted[0][c][k];
@@ -91,7 +87,7 @@ void LinearLook::probe_efforts() {
 }
 
 const MeasuredMotion& LinearLook::motion(std::size_t at) const {
-  return is_measured_ ? *experiment_.segments[static_cast<std::size_t>(segments_[at])].motion : *motions_[at].between;
+  return is_measured_ ? *experiment_.segments[segments_[at]].motion : *motions_[at].between;
 }
 
 bool LinearLook::applies(const EffectInfo& effect) const {
@@ -106,11 +102,11 @@ std::vector<Eigen::VectorXd> LinearLook::changes(const PlantModel& model,
   std::vector<std::vector<Eigen::MatrixXd>> responses(values.size(),
                                                       std::vector<Eigen::MatrixXd>(experiment_.segments.size()));
   std::vector<std::size_t> at(experiment_.segments.size(), 0);
-  for (std::size_t k = 0; k < segments_.size(); ++k) at[static_cast<std::size_t>(segments_[k])] = k;
+  for (std::size_t k = 0; k < segments_.size(); ++k) at[segments_[k]] = k;
   make_simulator(model, experiment_, simulator_)
       ->excess(values, segments_, motions_, [&](int individual, int segment, const auto& efforts) {
-        const auto s = static_cast<std::size_t>(segment);
-        responses[static_cast<std::size_t>(individual)][s] = motions_[at[s]].response(matrix_of(efforts) - needs_[s]);
+        const std::size_t s = segment;
+        responses[individual][s] = motions_[at[s]].response(matrix_of(efforts) - needs_[s]);
       });
   std::vector<Eigen::VectorXd> out;
   for (const std::vector<Eigen::MatrixXd>& response : responses) out.push_back(residual_of(response));
@@ -161,14 +157,14 @@ Eigen::MatrixXd LinearLook::changes_in(std::size_t at, int joint, const Eigen::M
       put(at, out, first + k, efforts.rows(), [&](std::size_t c) -> Eigen::VectorXd {
         const Channel& channel = experiment_.channels[c];
         const Eigen::Index row = channel.joint + (channel.kind == ChannelKind::velocity ? dof : 0);
-        return responses[static_cast<std::size_t>(k)].row(row);
+        return responses[k].row(row);
       });
   }
   return out;
 }
 
 Eigen::MatrixXd LinearLook::changes_of_efforts(std::size_t at, int joint, const Eigen::MatrixXd& efforts) const {
-  const Segment& segment = experiment_.segments[static_cast<std::size_t>(segments_[at])];
+  const Segment& segment = experiment_.segments[segments_[at]];
   const ZeroPhaseLowPass filter(std::get<InverseDynamics>(experiment_.prediction).cutoff_hz, segment.motion->rate);
   const auto n = static_cast<Eigen::Index>(segment.compared.size());
   Eigen::MatrixXd out;
@@ -176,7 +172,7 @@ Eigen::MatrixXd LinearLook::changes_of_efforts(std::size_t at, int joint, const 
     std::vector<double> signal(efforts.row(k).begin(), efforts.row(k).end());
     filter.apply(signal);
     Eigen::VectorXd compared(n);
-    for (Eigen::Index i = 0; i < n; ++i) compared(i) = signal[segment.compared[static_cast<std::size_t>(i)]];
+    for (Eigen::Index i = 0; i < n; ++i) compared(i) = signal[segment.compared[i]];
     put(at, out, k, efforts.rows(), [&](std::size_t c) -> Eigen::VectorXd {
       if (experiment_.channels[c].joint != joint) return Eigen::VectorXd::Zero(n);
       return per_effort_[c] * compared;

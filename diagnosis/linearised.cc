@@ -28,8 +28,7 @@ std::vector<std::vector<double>> block_draws(std::size_t blocks, int draws, std:
   for (int d = 0; d < draws; ++d) {
     RandomStream random(seed, static_cast<std::uint32_t>(d), 0, kBaggingDraws);
     std::vector<double>& weights = out.emplace_back(blocks, 0.0);
-    for (std::size_t k = 0; k < blocks; ++k)
-      weights[static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(blocks)))] += 1.0;
+    for (std::size_t k = 0; k < blocks; ++k) weights[random.below(static_cast<std::uint32_t>(blocks))] += 1.0;
   }
   return out;
 }
@@ -57,7 +56,7 @@ Linearised::Linearised(Eigen::VectorXd train, Eigen::VectorXd validate, std::vec
   validate_ = stacked(validate, [](const auto& of) -> const Eigen::VectorXd& { return of.validate; });
   samples_ = static_cast<double>(train.size());
   std::map<int, std::vector<Eigen::Index>> rows;
-  for (std::size_t i = 0; i < blocks.size(); ++i) rows[blocks[i]].push_back(static_cast<Eigen::Index>(i));
+  for (std::size_t i = 0; i < blocks.size(); ++i) rows[blocks[i]].push_back(i);
   gram_ = Eigen::MatrixXd::Zero(width, width);
   for (const auto& [block, members] : rows) {
     const Eigen::MatrixXd part = all(members, Eigen::all);
@@ -76,7 +75,7 @@ Linearised::Set Linearised::present() const {
 }
 
 Linearised::Set Linearised::toggled(Set set, int part) const {
-  const std::size_t k = static_cast<std::size_t>(part);
+  const std::size_t k = part;
   set[k] = !set[k];
   for (std::size_t i = 0; i < parts_.size(); ++i)
     if (!set[k] && parts_[i].needs == part) set[i] = 0;
@@ -104,7 +103,7 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
   for (Eigen::Index k = 0; k < plain_count_; ++k) out.columns.push_back(1 + k);
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const Part& part = parts_[k];
-    if (set[k] && part.needs >= 0 && !set[static_cast<std::size_t>(part.needs)]) return out;
+    if (set[k] && part.needs >= 0 && !set[part.needs]) return out;
     if (static_cast<bool>(set[k]) != part.present) given(offsets_ + static_cast<Eigen::Index>(k)) = 1.0;
     if (!set[k]) continue;
     for (std::size_t c = 0; c < part.columns.size(); ++c)
@@ -112,13 +111,13 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
   }
   double fixed_cost = 0.0;
   for (int round = 0; round < kActiveRounds; ++round) {
-    const Eigen::Index n = static_cast<Eigen::Index>(out.columns.size());
+    const Eigen::Index n = out.columns.size();
     const Eigen::VectorXd through = gram * given;
     Eigen::MatrixXd A = gram(out.columns, out.columns);
     Eigen::VectorXd b = through(out.columns);
     double cost = given.dot(through) + fixed_cost, spread = 0.0;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const LinearColumn& column = *columns_[static_cast<std::size_t>(out.columns[static_cast<std::size_t>(i)] - 1)];
+      const LinearColumn& column = *columns_[out.columns[i] - 1];
       const double precision = std::isfinite(column.prior) ? 1.0 / (column.prior * column.prior) : 0.0;
       A(i, i) += precision + 1e-12 * A(i, i) + 1e-300;
       b(i) += precision * column.from_center;
@@ -136,7 +135,7 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
     Eigen::Index worst = -1;
     double most = 1e-9;
     for (Eigen::Index i = 0; i < n; ++i) {
-      const LinearColumn& column = *columns_[static_cast<std::size_t>(out.columns[static_cast<std::size_t>(i)] - 1)];
+      const LinearColumn& column = *columns_[out.columns[i] - 1];
       const double beyond = std::max(out.step(i) - column.highest, column.lowest - out.step(i));
       const double scaled = beyond * std::sqrt(A(i, i));
       if (scaled > most) most = scaled, worst = i;
@@ -148,12 +147,12 @@ Linearised::Solved Linearised::solve(const Set& set, const Eigen::MatrixXd& gram
       out.possible = std::isfinite(out.evidence) && samples > 0.0;
       // Full vector of steps, those held among them.
       Eigen::VectorXd steps = given;
-      for (Eigen::Index i = 0; i < n; ++i) steps(out.columns[static_cast<std::size_t>(i)]) += out.step(i);
+      for (Eigen::Index i = 0; i < n; ++i) steps(out.columns[i]) += out.step(i);
       out.step = std::move(steps);
       return out;
     }
-    const Eigen::Index at = out.columns[static_cast<std::size_t>(worst)];
-    const LinearColumn& held = *columns_[static_cast<std::size_t>(at - 1)];
+    const Eigen::Index at = out.columns[worst];
+    const LinearColumn& held = *columns_[at - 1];
     const double end = std::clamp(out.step(worst), held.lowest, held.highest);
     given(at) = end;
     if (std::isfinite(held.prior)) fixed_cost += std::pow((held.from_center + end) / held.prior, 2);

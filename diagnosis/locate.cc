@@ -120,7 +120,7 @@ class Efforts {
     Experiment out = experiment_;
     const std::vector<std::vector<double>> one{values_};
     make_simulator(model_.model, free_run_, options_)->run(one, segments_, [&](int, int s, const auto& predicted) {
-      Segment& segment = out.segments[static_cast<std::size_t>(s)];
+      Segment& segment = out.segments[s];
       RawMotion raw = *segment.raw;
       for (std::size_t c = 0; c < predicted.size(); ++c)
         if (free_run_.channels[c].kind == ChannelKind::position) raw.position[joint_of(c)] = predicted[c];
@@ -153,9 +153,7 @@ const std::vector<std::pair<std::string, Quantity>>& quantities() {
 
 /// Correlation of zero-mean copies.
 double correlation(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto map = [](const std::vector<double>& z) {
-    return Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
-  };
+  const auto map = [](const std::vector<double>& z) { return Eigen::Map<const Eigen::VectorXd>(z.data(), z.size()); };
   const Eigen::VectorXd a = map(x).array() - map(x).mean(), b = map(y).array() - map(y).mean();
   const double size = a.norm() * b.norm();
   return size > 0.0 ? a.dot(b) / size : 0.0;
@@ -224,12 +222,11 @@ JointEffort joint_effort(const Efforts& efforts, std::size_t joint, const std::v
   std::vector<ResidualBlock> own;
   double squares = 0.0, noise_squares = 0.0;
   for (const ResidualBlock& block : layout) {
-    if (experiment.channels[static_cast<std::size_t>(block.channel)].joint != static_cast<int>(joint)) continue;
+    if (experiment.channels[block.channel].joint != static_cast<int>(joint)) continue;
     own.push_back(block);
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
+    const Segment& segment = experiment.segments[block.segment];
     const JointStates here =
-        joint_states(efforts.free_run(), efforts.free_run().segments[static_cast<std::size_t>(block.segment)], joint,
-                     segment.compared);
+        joint_states(efforts.free_run(), efforts.free_run().segments[block.segment], joint, segment.compared);
     const auto part = missing.segment(block.first, block.count);
     if (out.d.empty()) {
       out.found.recording = segment.file;
@@ -279,18 +276,17 @@ std::vector<std::pair<double, double>> cloud_of_efforts(const LearnedLaw& law, c
   fitted.insert(fitted.end(), validate.begin(), validate.end());
   std::vector<std::vector<double>> predicted(experiment.segments.size());
   make_simulator(with_law.model, experiment, options)->run(values, fitted, [&](int, int segment, const auto& of) {
-    predicted[static_cast<std::size_t>(segment)] = of[c];
+    predicted[segment] = of[c];
   });
   std::vector<std::pair<double, double>> out;
   for (const int s : fitted) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment.segments[s];
     const MeasuredMotion& motion = *segment.motion;
     for (std::size_t k = 0; k < segment.compared.size(); ++k) {
       const std::size_t at = segment.compared[k];
       const double x = (variable.quantity == "speed" ? motion.v : motion.q)[whose][at];
-      const double beyond = predicted[static_cast<std::size_t>(s)][k] - segment.measured[c][k];
-      if (std::isfinite(beyond))
-        out.emplace_back(x, beyond + value_at(law, x, motion.v[static_cast<std::size_t>(own)][at]));
+      const double beyond = predicted[s][k] - segment.measured[c][k];
+      if (std::isfinite(beyond)) out.emplace_back(x, beyond + value_at(law, x, motion.v[own][at]));
     }
   }
   return out;
@@ -316,7 +312,7 @@ std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const Cur
   if (std::holds_alternative<InverseDynamics>(scenario.prediction))
     return cloud_of_efforts(law, with_law, make_experiment(scenario), options);
   if (gain < 0) return {};
-  const Parameter& drives = with_law.model.parameters()[static_cast<std::size_t>(gain)];
+  const Parameter& drives = with_law.model.parameters()[gain];
   if (!drives.unit.starts_with("N")) return {};
   const Efforts efforts(with_law, scenario, options);
   if (!efforts.any()) return {};
@@ -324,13 +320,13 @@ std::vector<std::pair<double, double>> cloud_of(const LearnedLaw& law, const Cur
   if (!missing.allFinite()) return {};
   const VariableName variable = variable_named(law.over.front().name);
   const Robot& robot = with_law.model.robot();
-  const auto own = static_cast<std::size_t>(*robot.find_joint(law.place));
+  const std::size_t own = *robot.find_joint(law.place);
   const auto whose = variable.joint.empty() ? own : static_cast<std::size_t>(*robot.find_joint(variable.joint));
   const std::vector<ResidualBlock> layout = efforts.layout();
   const JointEffort here = joint_effort(efforts, own, layout, missing, missing);
   const JointEffort there = whose == own ? here : joint_effort(efforts, whose, layout, missing, missing);
   const std::vector<double>& x = variable.quantity == "speed" ? there.states.v : there.states.q;
-  const double newtons = with_law.space.expand(with_law.fit.point)[static_cast<std::size_t>(gain)];
+  const double newtons = with_law.space.expand(with_law.fit.point)[gain];
   std::vector<std::pair<double, double>> out;
   for (std::size_t k = 0; k < std::min({x.size(), here.d.size(), here.states.v.size()}); ++k)
     out.emplace_back(x[k], newtons * here.d[k] + value_at(law, x[k], here.states.v[k]));
@@ -349,11 +345,10 @@ std::vector<EffortCourse> effort_courses(const CurrentModel& model, const Scenar
   const Experiment& experiment = efforts.experiment();
   std::vector<EffortCourse> out;
   for (const ResidualBlock& block : efforts.layout()) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
-    const auto joint = static_cast<std::size_t>(experiment.channels[static_cast<std::size_t>(block.channel)].joint);
+    const Segment& segment = experiment.segments[block.segment];
+    const std::size_t joint = experiment.channels[block.channel].joint;
     const JointStates states =
-        joint_states(efforts.free_run(), efforts.free_run().segments[static_cast<std::size_t>(block.segment)], joint,
-                     segment.compared);
+        joint_states(efforts.free_run(), efforts.free_run().segments[block.segment], joint, segment.compared);
     const auto part = missing.segment(block.first, block.count);
     if (states.t.size() != static_cast<std::size_t>(block.count)) continue;
     const std::string& name = experiment.joint_names[joint];

@@ -15,7 +15,7 @@ constexpr double kLook = 1.0;              // s of a recording's start that deci
 std::vector<std::string> files_of(const Experiment& experiment, Role role) {
   std::vector<std::string> out;
   for (const int s : experiment.with_role(role)) {
-    const std::string& file = experiment.segments[static_cast<std::size_t>(s)].file;
+    const std::string& file = experiment.segments[s].file;
     if (std::find(out.begin(), out.end(), file) == out.end()) out.push_back(file);
   }
   return out;
@@ -56,21 +56,21 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Co
   const PlantModel model = current.model.with_effects({spec});
   const Component& component = model.effects().back();
   const Axis axis = effect_axes(model, experiment, component, spec).front();
-  const ParameterInfo& info = *model.parameters()[static_cast<std::size_t>(axis.parameter)].info;
+  const ParameterInfo& info = *model.parameters()[axis.parameter].info;
   const double size =
       info.starts.front() * typical_size(info.scale, model, experiment, component.joint, model.values());
   Problem problem(model, experiment, current.space, coarse.context.simulator, current.weights);
   std::vector<double> values = model.values();
   const std::vector<double> plain = current.space.expand(current.fit.point);
   std::copy(plain.begin(), plain.end(), values.begin());
-  values[static_cast<std::size_t>(axis.parameter)] = size;
+  values[axis.parameter] = size;
   const std::vector<std::vector<double>> one{values};
   const Eigen::VectorXd column = (coarse.residuals_of(problem, one, train).front() - current.fit.residual) / size;
   const Eigen::Index base = current.fit.jacobian.cols(), count = static_cast<Eigen::Index>(files.size());
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(column.size(), base + count);
   J.leftCols(base) = current.fit.jacobian;
   for (const ResidualBlock& block : problem.layout(train)) {
-    const std::string& file = experiment.segments[static_cast<std::size_t>(block.segment)].file;
+    const std::string& file = experiment.segments[block.segment].file;
     const auto place = std::find(files.begin(), files.end(), file) - files.begin();
     J.col(base + place).segment(block.first, block.count) = column.segment(block.first, block.count);
   }
@@ -81,7 +81,7 @@ std::vector<std::string> likely_recordings(const CurrentModel& current, const Co
   const double low = sizes.minCoeff(), high = sizes.maxCoeff();
   std::vector<std::string> on;
   for (Eigen::Index k = 0; k < count; ++k) {
-    if (sizes(k) > 0.5 * (low + high)) on.push_back(files[static_cast<std::size_t>(k)]);
+    if (sizes(k) > 0.5 * (low + high)) on.push_back(files[k]);
   }
   return on.size() < files.size() ? on : std::vector<std::string>{};
 }
@@ -94,14 +94,14 @@ std::vector<std::string> recordings_with_effect(const CurrentModel& with, const 
   std::vector<std::vector<double>> both(2, with.space.expand(with.fit.point));
   const Component& component = with.model.effects().back();
   for (int k = 0; k < component.count; ++k) {
-    const auto i = static_cast<std::size_t>(component.first + k);
+    const std::size_t i = component.first + k;
     both[1][i] = with.model.parameters()[i].neutral;
   }
   Problem problem = problem_of(with, context);
   const std::vector<Eigen::VectorXd> residuals = problem.residuals_of(both, segments);
   std::vector<std::pair<std::string, double>> gained;  // energy that it removes, by file
   for (const ResidualBlock& block : problem.layout(segments)) {
-    const Segment& segment = context.experiment.segments[static_cast<std::size_t>(block.segment)];
+    const Segment& segment = context.experiment.segments[block.segment];
     const Eigen::Index rows = efforts ? block.count : rows_at_start(segment, static_cast<std::size_t>(block.channel));
     const auto energy = [&](const Eigen::VectorXd& r) { return r.segment(block.first, rows).squaredNorm(); };
     if (gained.empty() || gained.back().first != segment.file) gained.emplace_back(segment.file, 0.0);

@@ -21,7 +21,7 @@ void keep_joints(std::map<std::string, Value>& of, const std::set<std::string>& 
 Scenario restricted(const Scenario& scenario, const Experiment& experiment, const std::vector<int>& joints) {
   Scenario out = scenario;
   std::vector<bool> fixed(experiment.joint_names.size(), true);
-  for (const int j : joints) fixed[static_cast<std::size_t>(j)] = false;
+  for (const int j : joints) fixed[j] = false;
   out.robot = scenario.robot->with_joints_fixed(fixed, experiment.position_middle);
   std::set<std::string> names;
   for (const Joint& joint : out.robot->joints()) names.insert(joint.name);
@@ -41,7 +41,7 @@ Scenario restricted(const Scenario& scenario, const Experiment& experiment, cons
 bool is_measured(const Scenario& scenario, const std::vector<int>& joints) {
   const auto positions = scenario.channels.of.find(ChannelKind::position);
   return positions != scenario.channels.of.end() && std::any_of(joints.begin(), joints.end(), [&](int j) {
-           return positions->second.count(scenario.robot->joints()[static_cast<std::size_t>(j)].name) > 0;
+           return positions->second.count(scenario.robot->joints()[j].name) > 0;
          });
 }
 
@@ -49,9 +49,9 @@ bool is_measured(const Scenario& scenario, const std::vector<int>& joints) {
 std::vector<std::size_t> channels_in(const Experiment& whole, const Experiment& part) {
   std::vector<std::size_t> out;
   for (const Channel& channel : part.channels) {
-    const std::string& joint = part.joint_names[static_cast<std::size_t>(channel.joint)];
+    const std::string& joint = part.joint_names[channel.joint];
     const auto at = std::find_if(whole.channels.begin(), whole.channels.end(), [&](const Channel& c) {
-      return c.kind == channel.kind && whole.joint_names[static_cast<std::size_t>(c.joint)] == joint;
+      return c.kind == channel.kind && whole.joint_names[c.joint] == joint;
     });
     out.push_back(static_cast<std::size_t>(at - whole.channels.begin()));
   }
@@ -63,7 +63,7 @@ std::vector<double> by_name(const PlantModel& to, std::vector<double> values, co
                             const std::vector<double>& given) {
   for (std::size_t p = 0; p < given.size(); ++p) {
     const int at = to.find(from.parameters()[p].name);
-    if (at >= 0) values[static_cast<std::size_t>(at)] = given[p];
+    if (at >= 0) values[at] = given[p];
   }
   return values;
 }
@@ -74,7 +74,7 @@ Scenario alone(const Scenario& scenario, const Experiment& experiment, const Cur
   const Scenario fitted = with_values(scenario, plain.model, plain.space.expand(plain.fit.point));
   Scenario out = restricted(fitted, experiment, {j});
   std::erase_if(out.identify, [&](const IdentifySpec& spec) {
-    return plain.model.parameters()[static_cast<std::size_t>(plain.model.find(spec.name))].joint != j;
+    return plain.model.parameters()[plain.model.find(spec.name)].joint != j;
   });
   return out;
 }
@@ -125,7 +125,7 @@ std::vector<Scenario> parts_of_chain(const Scenario& scenario, const CurrentMode
   std::vector<Scenario> out;
   for (const int j : joints) {
     if (!is_measured(scenario, {j})) continue;
-    if (!integrates_flow(plain.model.actuators()[static_cast<std::size_t>(j)].type)) return {};
+    if (!integrates_flow(plain.model.actuators()[j].type)) return {};
     out.push_back(alone(scenario, context.experiment, plain, j));
   }
   const PlainResidual whole = plain_residual(plain, context);
@@ -176,8 +176,8 @@ CurrentModel put_together(const CurrentModel& whole, const std::vector<CurrentMo
   for (const CurrentModel& part : parts) {
     const std::vector<double> found = part.space.expand(part.fit.point);
     for (const Axis& axis : part.space.axes()) {
-      const auto p = static_cast<std::size_t>(axis.parameter);
-      values[static_cast<std::size_t>(out.model.find(part.model.parameters()[p].name))] = found[p];
+      const std::size_t p = axis.parameter;
+      values[out.model.find(part.model.parameters()[p].name)] = found[p];
     }
   }
   evaluate_at(out, out.space.contract(values), context);

@@ -42,7 +42,7 @@ void set_priors(const PlantModel& model, const Experiment& experiment, SearchSpa
   for (std::size_t a = 0; a < axes.size(); ++a) {
     Axis& axis = axes[a];
     if (std::isfinite(axis.prior)) continue;
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = model.parameters()[axis.parameter];
     const bool of_effect = p.info != nullptr && std::count(p.name.begin(), p.name.end(), '.') >= 2;
     if (!of_effect) {
       axis.center = axis.start;
@@ -62,13 +62,11 @@ void set_priors(const PlantModel& model, const Experiment& experiment, SearchSpa
 
 bool knows_a_mass(const PlantModel& model, const SearchSpace& space) {
   const auto& axes = space.axes();
-  const auto parameter = [&](const Axis& axis) -> const Parameter& {
-    return model.parameters()[static_cast<std::size_t>(axis.parameter)];
-  };
+  const auto parameter = [&](const Axis& axis) -> const Parameter& { return model.parameters()[axis.parameter]; };
   const bool total = space.dependent() >= 0 || !space.shared_masses().empty();
   const bool links = std::ranges::none_of(axes, [&](const Axis& axis) { return parameter(axis).key == "mass"; });
   return total || links || std::ranges::any_of(model.effects(), [&](const Component& effect) {
-           const bool load = std::string(effect_table()[static_cast<std::size_t>(effect.type)].name) == "payload";
+           const bool load = std::string(effect_table()[effect.type].name) == "payload";
            return load && std::ranges::none_of(axes, [&](const Axis& a) { return a.parameter == effect.first; });
          });
 }
@@ -81,7 +79,7 @@ void carry_scale_error(const PlantModel& model, const SearchSpace& space, const 
   for (Estimate& e : estimates) {
     const int index = model.find(e.name);
     if (index < 0) continue;
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+    const Parameter& p = model.parameters()[index];
     if (p.key != "mass" && (p.info == nullptr || p.info->scale != Scale::mass)) continue;
     const double more = kNormal95 * kScaleError * e.value;
     e.lower95 = std::max(p.lower, e.value - std::hypot(e.value - e.lower95, more));

@@ -48,18 +48,15 @@ void JointStates::append(const JointStates& more) {
 std::vector<int> position_channels(const Experiment& experiment) {
   std::vector<int> out(experiment.joint_names.size(), -1);
   for (std::size_t c = 0; c < experiment.channels.size(); ++c)
-    if (experiment.channels[c].kind == ChannelKind::position)
-      out[static_cast<std::size_t>(experiment.channels[c].joint)] = static_cast<int>(c);
+    if (experiment.channels[c].kind == ChannelKind::position) out[experiment.channels[c].joint] = static_cast<int>(c);
   return out;
 }
 
 JointStates joint_states(const Experiment& experiment, const Segment& segment, std::size_t joint,
                          std::span<const std::size_t> samples) {
   const std::vector<int> channels = position_channels(experiment);
-  const auto speed_of = [&](std::size_t j) {
-    return Speed(segment, segment.measured[static_cast<std::size_t>(channels[j])]);
-  };
-  const std::vector<double>& position = segment.measured[static_cast<std::size_t>(channels[joint])];
+  const auto speed_of = [&](std::size_t j) { return Speed(segment, segment.measured[channels[j]]); };
+  const std::vector<double>& position = segment.measured[channels[joint]];
   const Speed speed = speed_of(joint);
   std::vector<std::pair<Speed, double>> others;
   for (std::size_t j = 0; j < channels.size(); ++j)

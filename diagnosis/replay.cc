@@ -57,35 +57,29 @@ std::vector<std::vector<Trace>> traces(const CurrentModel& before, const Current
     Predicted all(experiment.segments.size());
     const std::vector<std::vector<double>> one{current.space.expand(current.fit.point)};
     make_simulator(current.model, experiment, context.simulator)
-        ->run(one, segments, [&](int, int s, const auto& predicted) { all[static_cast<std::size_t>(s)] = predicted; });
+        ->run(one, segments, [&](int, int s, const auto& predicted) { all[s] = predicted; });
     return all;
   };
   const Predicted a = predict(before), b = predict(after);
   std::vector<std::vector<Trace>> out;
   std::vector<std::string> files;
   for (const int s : segments) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment.segments[s];
     const auto known = std::find(files.begin(), files.end(), segment.file);
-    const auto at = static_cast<std::size_t>(known - files.begin());
+    const std::size_t at = known - files.begin();
     if (known == files.end()) files.push_back(segment.file), out.emplace_back();
     std::size_t drawn = 0;
     for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
       if (!is_leading(experiment, c)) continue;
       const Channel& channel = experiment.channels[c];
       if (drawn == out[at].size())
-        out[at].push_back({segment.file,
-                           experiment.joint_names[static_cast<std::size_t>(channel.joint)],
-                           channel.unit,
-                           {},
-                           {},
-                           {},
-                           {}});
+        out[at].push_back({segment.file, experiment.joint_names[channel.joint], channel.unit, {}, {}, {}, {}});
       Trace& t = out[at][drawn++];
       for (std::size_t k = 0; k < segment.measured[c].size(); ++k) {
         t.time.push_back(segment.compared_time(k));
         t.measured.push_back(segment.measured[c][k]);
-        t.before.push_back(a[static_cast<std::size_t>(s)][c][k]);
-        t.after.push_back(b[static_cast<std::size_t>(s)][c][k]);
+        t.before.push_back(a[s][c][k]);
+        t.after.push_back(b[s][c][k]);
       }
     }
   }
@@ -101,7 +95,7 @@ std::vector<Replay> replays(const Diagnosis& found, const CurrentModel& before, 
   out.push_back({found.traces.front().recording, first, found.traces, {}});
   for (const std::string& file : telling_recordings(found, kMostReplays)) {
     std::vector<int> segments = experiment.with_role(Role::validate);
-    std::erase_if(segments, [&](int s) { return experiment.segments[static_cast<std::size_t>(s)].file != file; });
+    std::erase_if(segments, [&](int s) { return experiment.segments[s].file != file; });
     if (segments.empty() || file == out.front().recording || out.size() == kMostReplays) continue;
     out.push_back({file, Role::validate, traces(before, after, context, segments).front(), {}});
   }

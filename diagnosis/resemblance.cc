@@ -35,7 +35,7 @@ Points points_of(const LearnedLaw& law) {
   double height = 0.0;
   for (const auto& p : law.curve) height = std::max(height, std::fabs(p.value));
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto& p = law.curve[static_cast<std::size_t>(k)];
+    const auto& p = law.curve[k];
     const double width = 0.5 * (p.upper95 - p.lower95);
     out.x(k) = p.at, out.y(k) = p.value;
     out.weight(k) = std::isfinite(width) ? 1.0 / (width * width + 1e-4 * height * height + 1e-300) : 0.0;
@@ -241,8 +241,7 @@ std::string subject(const LearnedLaw& law) {
 Eigen::MatrixXd table_of(const LearnedLaw& law) {
   const auto columns = static_cast<Eigen::Index>(law.over[1].knots);
   Eigen::MatrixXd out(static_cast<Eigen::Index>(law.curve.size()) / columns, columns);
-  for (Eigen::Index k = 0; k < out.size(); ++k)
-    out(k / columns, k % columns) = law.curve[static_cast<std::size_t>(k)].value;
+  for (Eigen::Index k = 0; k < out.size(); ++k) out(k / columns, k % columns) = law.curve[k].value;
   return out;
 }
 

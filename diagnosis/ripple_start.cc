@@ -25,11 +25,11 @@ Left left_of(const CurrentModel& current, const FitContext& context, int joint) 
   const Problem problem = problem_of(current, context);
   Left out;
   for (const ResidualBlock& block : problem.layout(train)) {
-    const auto c = static_cast<std::size_t>(block.channel);
+    const std::size_t c = block.channel;
     const Channel& channel = context.experiment.channels[c];
     if (channel.joint != joint || channel.kind != ChannelKind::effort) continue;
-    const Segment& segment = context.experiment.segments[static_cast<std::size_t>(block.segment)];
-    const auto j = static_cast<std::size_t>(joint);
+    const Segment& segment = context.experiment.segments[block.segment];
+    const std::size_t j = joint;
     Eigen::Index row = block.first;
     for (std::size_t k = 0; k < segment.compared.size(); ++k) {
       if (!std::isfinite(segment.measured[c][k])) continue;
@@ -79,7 +79,7 @@ std::vector<Ripple> spectrum(const Left& left, double first, double step, int co
 
 std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const FitContext& context, int joint) {
   const auto* inverse = std::get_if<InverseDynamics>(&context.experiment.prediction);
-  const auto j = static_cast<std::size_t>(joint);
+  const std::size_t j = joint;
   const double range = 2.0 * context.experiment.position_reach[j], speed = context.experiment.speed_rms[j];
   if (inverse == nullptr || !(range > 0.0) || !(speed > 0.0)) return {};
   const Left left = left_of(current, context, joint);

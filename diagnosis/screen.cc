@@ -54,7 +54,7 @@ class EffectScreen {
         train_(std::move(train)),
         model_(current.model.with_effects(specs_)),
         problem_(model_, experiment_, current.space, coarse.context.simulator, current.weights),
-        base_(static_cast<Eigen::Index>(current.space.size())) {}
+        base_(current.space.size()) {}
 
   /// First look: every start with the optional parameters neutral, linearised. Keeps the most promising ones of a
   /// place.
@@ -135,14 +135,14 @@ class EffectScreen {
   }
 
   bool has_optional() const {
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
+    const EffectInfo& info = effect_table()[model_.effects().back().type];
     return std::any_of(info.parameters.begin(), info.parameters.end(),
                        [](const ParameterInfo& p) { return p.optional; });
   }
   /// The place's spec with the optional parameters fixed at neutral, or left free.
   EffectSpec variant(std::size_t place, bool refined) const {
     EffectSpec spec = specs_[place];
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
+    const EffectInfo& info = effect_table()[model_.effects().back().type];
     for (const ParameterInfo& p : info.parameters) {
       if (p.optional && !refined) spec.parameters[p.name] = p.neutral;
     }
@@ -150,8 +150,8 @@ class EffectScreen {
   }
 
   void add_starts(int component, bool refined, std::vector<Chain>& out) const {
-    const Component& c = model_.effects()[static_cast<std::size_t>(component)];
-    const std::size_t place = static_cast<std::size_t>(component - first_component());
+    const Component& c = model_.effects()[component];
+    const std::size_t place = component - first_component();
     const std::vector<Axis> axes = effect_axes(model_, experiment_, c, variant(place, refined));
     for (const auto& start : starting_points(model_, experiment_, axes)) {
       Chain chain;
@@ -159,7 +159,7 @@ class EffectScreen {
       chain.refined = refined;
       chain.axes = axes;
       chain.x.resize(base_ + static_cast<Eigen::Index>(axes.size()));
-      for (Eigen::Index a = 0; a < base_; ++a) chain.x(a) = current_.fit.point[static_cast<std::size_t>(a)];
+      for (Eigen::Index a = 0; a < base_; ++a) chain.x(a) = current_.fit.point[a];
       for (std::size_t p = 0; p < axes.size(); ++p) {
         chain.x(base_ + static_cast<Eigen::Index>(p)) = std::clamp(start[p], axes[p].lower, axes[p].upper);
       }
@@ -174,7 +174,7 @@ class EffectScreen {
     std::copy(plain.begin(), plain.end(), values.begin());
     for (std::size_t p = 0; p < chain.axes.size(); ++p) {
       const double own = x(base_ + static_cast<Eigen::Index>(p));
-      values[static_cast<std::size_t>(chain.axes[p].parameter)] = from_search(chain.axes[p].coordinate, own);
+      values[chain.axes[p].parameter] = from_search(chain.axes[p].coordinate, own);
     }
     return values;
   }
@@ -211,10 +211,10 @@ class EffectScreen {
     return out;
   }
   void weaken(Chain& chain, double factor) const {
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(model_.effects().back().type)];
+    const EffectInfo& info = effect_table()[model_.effects().back().type];
     for (std::size_t p = 0; p < chain.axes.size(); ++p) {
       const Axis& axis = chain.axes[p];
-      const ParameterInfo& own = *model_.parameters()[static_cast<std::size_t>(axis.parameter)].info;
+      const ParameterInfo& own = *model_.parameters()[axis.parameter].info;
       double& x = chain.x(base_ + static_cast<Eigen::Index>(p));
       const double value = strengthened(info, own, from_search(axis.coordinate, x), factor);
       x = std::clamp(to_search(axis.coordinate, value), axis.lower, axis.upper);
@@ -252,10 +252,10 @@ class EffectScreen {
     std::size_t k = 0;
     for (Chain& chain : chains) {
       chain.alive = chain.residual.allFinite();
-      chain.own_columns.resize(chain.residual.size(), static_cast<Eigen::Index>(chain.axes.size()));
+      chain.own_columns.resize(chain.residual.size(), chain.axes.size());
       for (std::size_t p = 0; p < chain.axes.size(); ++p, ++k) {
         const Eigen::Index own = base_ + static_cast<Eigen::Index>(p);
-        const Eigen::Index column = static_cast<Eigen::Index>(p);
+        const Eigen::Index column = p;
         chain.own_columns.col(column) = (residuals[k] - chain.residual) / (points[k](own) - chain.x(own));
         chain.alive = chain.alive && chain.own_columns.col(column).allFinite();
       }
@@ -269,10 +269,10 @@ class EffectScreen {
 
   /// Room of a chain's own coordinates for a step: lower and upper, one column each.
   Eigen::MatrixX2d own_bounds(const Chain& chain) const {
-    Eigen::MatrixX2d out(static_cast<Eigen::Index>(chain.axes.size()), 2);
+    Eigen::MatrixX2d out(chain.axes.size(), 2);
     for (std::size_t p = 0; p < chain.axes.size(); ++p) {
       const double own = chain.x(base_ + static_cast<Eigen::Index>(p));
-      out.row(static_cast<Eigen::Index>(p)) << chain.axes[p].lower - own, chain.axes[p].upper - own;
+      out.row(p) << chain.axes[p].lower - own, chain.axes[p].upper - own;
     }
     return out;
   }
@@ -294,7 +294,7 @@ class EffectScreen {
         damped_step(J.transpose() * J, J.transpose() * chain.residual, kStepDamping, least_curvatures(axes));
     if (!step.allFinite()) return;
     for (Eigen::Index i = 0; i < step.size(); ++i) {
-      const Axis& axis = axes[static_cast<std::size_t>(i)];
+      const Axis& axis = axes[i];
       chain.tried(i) = std::clamp(chain.x(i) + chain.step_scale * step(i), axis.lower, axis.upper);
     }
   }
@@ -308,9 +308,9 @@ class EffectScreen {
     const SimulatorOptions& on = coarse_.context.simulator;
     make_executor(on.threads, on.ranks, on.stop)
         ->run(
-            static_cast<int>(walking.size()), [&](int, int k) { propose_step(*walking[static_cast<std::size_t>(k)]); },
+            static_cast<int>(walking.size()), [&](int, int k) { propose_step(*walking[k]); },
             [&](int k) -> std::vector<std::span<std::byte>> {
-              Eigen::VectorXd& tried = walking[static_cast<std::size_t>(k)]->tried;
+              Eigen::VectorXd& tried = walking[k]->tried;
               return {std::as_writable_bytes(std::span(tried.data(), static_cast<std::size_t>(tried.size())))};
             },
             key);

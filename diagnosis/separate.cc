@@ -35,7 +35,7 @@ struct Course {
 
 /// The motions as segments of one experiment, measured as the found model moves.
 Experiment segments_of(const Experiment& like, const std::vector<CommandTrack>& motions) {
-  const std::vector<double> start = like.segments[static_cast<std::size_t>(like.with_role(Role::train).front())].q0;
+  const std::vector<double> start = like.segments[like.with_role(Role::train).front()].q0;
   Experiment out = commanded(like, motions.front(), start);
   for (std::size_t k = 1; k < motions.size(); ++k)
     out.segments.push_back(commanded(like, motions[k], start).segments.front());
@@ -55,7 +55,7 @@ class SeparatingMotions {
         experiment_(context.experiment),
         options_(context.simulator),
         limits_(recorded_limits(found.model.robot(), experiment_)) {
-    const Segment& first = experiment_.segments[static_cast<std::size_t>(experiment_.with_role(Role::train).front())];
+    const Segment& first = experiment_.segments[experiment_.with_role(Role::train).front()];
     own_commands_ = *first.commands;
     seconds_ = std::min(kLongest, own_commands_.time.back());
   }
@@ -144,9 +144,8 @@ class SeparatingMotions {
     const std::vector<std::vector<double>> one{found_.space.expand(found_.fit.point)};
     std::vector<std::vector<std::vector<double>>> out(experiment.segments.size());
     make_simulator(found_.model, experiment, options_)
-        ->run(one, all_of(experiment), [&](int, int s, const auto& predicted) {
-          out[static_cast<std::size_t>(s)].assign(predicted.begin(), predicted.end());
-        });
+        ->run(one, all_of(experiment),
+              [&](int, int s, const auto& predicted) { out[s].assign(predicted.begin(), predicted.end()); });
     return out;
   }
 
@@ -164,7 +163,7 @@ Eigen::VectorXd row_factors(const CurrentModel& model, const Experiment& experim
   const std::vector<double> noise = noise_levels(experiment);
   Eigen::VectorXd out = Eigen::VectorXd::Ones(rows);
   for (const ResidualBlock& block : blocks) {
-    const std::size_t c = static_cast<std::size_t>(block.channel);
+    const std::size_t c = block.channel;
     if (noise[c] > 0.0) out.segment(block.first, block.count).setConstant(model.weights[c] / noise[c]);
   }
   return out;

@@ -188,8 +188,8 @@ class SetSearch {
     if (!moves.empty()) put_in(moves, from);
   }
   static int gain_of(const PlantModel& model, int joint) {
-    const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
-    return drive.first + actuator_table()[static_cast<std::size_t>(drive.type)].roles.gain;
+    const Component& drive = model.actuators()[joint];
+    return drive.first + actuator_table()[drive.type].roles.gain;
   }
 
   /// What all joints share, in place of the limits that single joints seemed to have of their own, begun at these.
@@ -219,12 +219,12 @@ class SetSearch {
   /// The part of the limit's joint in what is shared, among its own coordinates: the limit itself.
   void begin_at_limit(const EffectSpec& shared, const EffectSpec& limit, std::vector<double>& own) const {
     const PlantModel& now = standing_.model.model;
-    const Component& c = now.effects()[static_cast<std::size_t>(now.find_effect_at(limit.effect, limit.place))];
-    const double value = standing_.model.space.expand(standing_.model.fit.point)[static_cast<std::size_t>(c.first)];
+    const Component& c = now.effects()[now.find_effect_at(limit.effect, limit.place)];
+    const double value = standing_.model.space.expand(standing_.model.fit.point)[c.first];
     const PlantModel with = now.with_effects({shared});
     const std::vector<Axis> axes = effect_axes(with, experiment_, with.effects().back(), shared);
     for (std::size_t a = 0; a < axes.size() && a < own.size(); ++a) {
-      const Parameter& p = with.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+      const Parameter& p = with.parameters()[axes[a].parameter];
       if (p.info->per_joint && p.joint == c.joint) own[a] = std::clamp(axes[a].at(value), axes[a].lower, axes[a].upper);
     }
   }
@@ -302,8 +302,7 @@ class SetSearch {
   /// [channel]: energy of a residual.
   std::vector<double> energies(const Eigen::VectorXd& residual, std::span<const ResidualBlock> blocks) const {
     std::vector<double> out(experiment_.channels.size(), 0.0);
-    for (const ResidualBlock& b : blocks)
-      out[static_cast<std::size_t>(b.channel)] += residual.segment(b.first, b.count).squaredNorm();
+    for (const ResidualBlock& b : blocks) out[b.channel] += residual.segment(b.first, b.count).squaredNorm();
     return out;
   }
   /// Of what a channel was left with, that is gone.
@@ -388,9 +387,9 @@ class SetSearch {
     const std::vector<double> noise = noise_over_weight(experiment_, by.model.weights);
     std::vector<double> out(experiment_.joint_names.size(), 0.0);
     for (const ResidualBlock& b : problem.layout(on)) {
-      const auto c = static_cast<std::size_t>(b.channel);
+      const std::size_t c = b.channel;
       const double floor = noise[c] > 0.0 ? std::pow(noise[c], 2) : 0.0;
-      out[static_cast<std::size_t>(experiment_.channels[c].joint)] +=
+      out[experiment_.channels[c].joint] +=
           r.segment(b.first, b.count).squaredNorm() - floor * static_cast<double>(b.count);
     }
     return out;

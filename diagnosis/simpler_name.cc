@@ -11,15 +11,14 @@ namespace {
 std::vector<double> start_of(const Hypotheses& sets, const CurrentModel& standing, const EffectSpec& old,
                              const EffectSpec& simpler) {
   const std::vector<double> values = standing.space.expand(standing.fit.point);
-  const auto at = static_cast<std::size_t>(standing.model.find_effect_at(old.effect, old.place));
+  const std::size_t at = standing.model.find_effect_at(old.effect, old.place);
   const Component& stands = standing.model.effects()[at];
   const PlantModel model = sets.plain().model.with_effects({simpler});
   std::vector<double> out;
   for (const Axis& axis : effect_axes(model, sets.context().experiment, model.effects().back(), simpler)) {
-    const std::string& key = model.parameters()[static_cast<std::size_t>(axis.parameter)].key;
+    const std::string& key = model.parameters()[axis.parameter].key;
     for (int k = stands.first; k < stands.first + stands.count; ++k)
-      if (standing.model.parameters()[static_cast<std::size_t>(k)].key == key)
-        out.push_back(to_search(axis.coordinate, values[static_cast<std::size_t>(k)]));
+      if (standing.model.parameters()[k].key == key) out.push_back(to_search(axis.coordinate, values[k]));
   }
   return out;
 }

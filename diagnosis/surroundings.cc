@@ -108,11 +108,11 @@ class Looker {
   /// `values` with an effect taken out.
   std::vector<double> neutral(std::vector<double> values, const EffectSpec& spec) const {
     const PlantModel& model = standing_.model.model;
-    const Component& c = model.effects()[static_cast<std::size_t>(model.find_effect_at(spec.effect, spec.place))];
+    const Component& c = model.effects()[model.find_effect_at(spec.effect, spec.place)];
     for (int p = c.first; p < c.first + c.count; ++p) {
-      const Parameter& parameter = model.parameters()[static_cast<std::size_t>(p)];
+      const Parameter& parameter = model.parameters()[p];
       if (is_strength(*parameter.info) || parameter.info->coordinate != Coordinate::linear)
-        values[static_cast<std::size_t>(p)] = parameter.neutral;
+        values[p] = parameter.neutral;
     }
     return values;
   }
@@ -130,10 +130,9 @@ class Looker {
       EffectSpec free = spec;
       for (const ParameterInfo& p : effect_info(spec.effect).parameters)
         if (p.optional) free.parameters.erase(p.name);
-      const Component& c =
-          now.model.effects()[static_cast<std::size_t>(now.model.find_effect_at(spec.effect, spec.place))];
+      const Component& c = now.model.effects()[now.model.find_effect_at(spec.effect, spec.place)];
       for (const Axis& axis : effect_axes(now.model, experiment_, c, free)) {
-        const Parameter& p = now.model.parameters()[static_cast<std::size_t>(axis.parameter)];
+        const Parameter& p = now.model.parameters()[axis.parameter];
         if (spec.parameters.count(p.key) == 0 || is_creep_speed(*p.info)) continue;
         const double size = typical_size(p.info->scale, now.model, experiment_, p.joint, now.model.values());
         for (const double factor : {0.3, 1.0, 3.0}) {
@@ -144,10 +143,10 @@ class Looker {
           const double x = std::clamp(factor * p.info->starts.front() * size, axis.lower, axis.upper);
           part.start = {{x}};
           values.push_back(base);
-          values.back()[static_cast<std::size_t>(axis.parameter)] = x;
+          values.back()[axis.parameter] = x;
           values.push_back(values.back());
           const double step = kOwnStep * std::max(std::fabs(x), 1e-9);
-          values.back()[static_cast<std::size_t>(axis.parameter)] += step;
+          values.back()[axis.parameter] += step;
           Axis own = axis;
           own.prior = std::max(std::fabs(x), 1e-9), own.center = x;
           moved.emplace_back(own, step);
@@ -226,16 +225,16 @@ class Looker {
     std::vector<double> own, here = whole;
     for (std::size_t a = 0; a < axes.size(); ++a) {
       own.push_back(std::clamp(start[a], axes[a].lower, axes[a].upper));
-      here[static_cast<std::size_t>(axes[a].parameter)] = from_search(axes[a].coordinate, own[a]);
+      here[axes[a].parameter] = from_search(axes[a].coordinate, own[a]);
     }
     values.push_back(here);
     std::vector<std::pair<Axis, double>> steps;
     for (std::size_t a = 0; a < axes.size(); ++a) {
-      const Parameter& p = model.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+      const Parameter& p = model.parameters()[axes[a].parameter];
       if (!is_strength(*p.info)) continue;
       const double step = kOwnStep * std::max(std::fabs(own[a]), 1e-9);
       std::vector<double> next = here;
-      next[static_cast<std::size_t>(axes[a].parameter)] = from_search(axes[a].coordinate, own[a] + step);
+      next[axes[a].parameter] = from_search(axes[a].coordinate, own[a] + step);
       values.push_back(std::move(next));
       Axis axis = prior_axis(model, axes[a], own[a]);
       steps.emplace_back(axis, step);
@@ -288,7 +287,7 @@ std::vector<EffectSpec> offered_beside(const Hypotheses& sets, const Hypothesis&
 }
 
 Linearised linearised(Surroundings s, bool for_bagging) {
-  std::vector<int> blocks(static_cast<std::size_t>(s.train.size()), 0);
+  std::vector<int> blocks(s.train.size(), 0);
   if (for_bagging) blocks = time_blocks(s.train_blocks, s.correlation);
   return Linearised(std::move(s.train), std::move(s.validate), std::move(s.plain), std::move(s.parts), blocks);
 }

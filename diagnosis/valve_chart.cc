@@ -41,13 +41,13 @@ std::size_t channel_of(const Experiment& experiment, int joint) {
 
 class ChartFit {
  public:
-  ChartFit(const Experiment& experiment, int joint) : experiment_(experiment), joint_(static_cast<std::size_t>(joint)) {
+  ChartFit(const Experiment& experiment, int joint) : experiment_(experiment), joint_(joint) {
     channel_ = channel_of(experiment, joint);
     chart_.joint = joint, chart_.name = experiment.joint_names[joint_];
     for (const Segment& segment : experiment.segments) add_track(segment);
     place_knots();
     find_travel();
-    for (const int s : experiment.with_role(Role::train)) add_whiles(experiment.segments[static_cast<std::size_t>(s)]);
+    for (const int s : experiment.with_role(Role::train)) add_whiles(experiment.segments[s]);
   }
 
   ValveChart best(bool delay, bool lag) {
@@ -76,7 +76,7 @@ class ChartFit {
   void place_knots() {
     double low = 0.0, high = 0.0;
     for (const int s : experiment_.with_role(Role::train)) {
-      const auto [a, b] = std::ranges::minmax(command(*experiment_.segments[static_cast<std::size_t>(s)].commands));
+      const auto [a, b] = std::ranges::minmax(command(*experiment_.segments[s].commands));
       low = std::min(low, a), high = std::max(high, b);
     }
     const double step = (high - low) / kChartSteps;
@@ -93,7 +93,7 @@ class ChartFit {
   void find_travel() {
     low_ = HUGE_VAL, high_ = -HUGE_VAL;
     for (const int s : experiment_.with_role(Role::train)) {
-      for (const double q : experiment_.segments[static_cast<std::size_t>(s)].measured[channel_])
+      for (const double q : experiment_.segments[s].measured[channel_])
         if (!std::isnan(q)) low_ = std::min(low_, q), high_ = std::max(high_, q);
     }
   }
@@ -119,7 +119,7 @@ class ChartFit {
     const auto knots = static_cast<Eigen::Index>(chart_.command.size());
     for (CommandWay& track : tracks_) {
       const std::vector<double>&time = track.commands->time, &u = command(*track.commands);
-      track.way.setZero(static_cast<Eigen::Index>(time.size()), knots);
+      track.way.setZero(time.size(), knots);
       Eigen::RowVectorXd input = share(u.front()), sum = Eigen::RowVectorXd::Zero(knots), left = input;
       const Eigen::RowVectorXd first = input;
       for (std::size_t i = 0; i + 1 < time.size(); ++i) {
@@ -132,9 +132,9 @@ class ChartFit {
     }
   }
   Eigen::RowVectorXd share(double u) const {
-    Eigen::RowVectorXd out = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(chart_.command.size()));
+    Eigen::RowVectorXd out = Eigen::RowVectorXd::Zero(chart_.command.size());
     const auto [k, part] = between(u);
-    out(static_cast<Eigen::Index>(k)) = 1.0 - part, out(static_cast<Eigen::Index>(k) + 1) = part;
+    out(k) = 1.0 - part, out(static_cast<Eigen::Index>(k) + 1) = part;
     return out;
   }
   /// Up to an instant; before the recording its first command stood.
@@ -143,7 +143,7 @@ class ChartFit {
     if (t <= time.front()) return (t - time.front()) * share(command(*track.commands).front());
     const auto next = std::min<std::ptrdiff_t>(std::ranges::upper_bound(time, t) - time.begin(),
                                                static_cast<std::ptrdiff_t>(time.size()) - 1);
-    const double a = time[static_cast<std::size_t>(next - 1)], b = time[static_cast<std::size_t>(next)];
+    const double a = time[next - 1], b = time[next];
     const double part = (t - a) / (b - a);
     return (1.0 - part) * track.way.row(next - 1) + part * track.way.row(next);
   }
@@ -224,7 +224,7 @@ class ChartFit {
   double rms(Role role) const {
     double sum = 0.0, count = 0.0;
     for (const int s : experiment_.with_role(role)) {
-      const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
+      const Segment& segment = experiment_.segments[s];
       const std::vector<double>& measured = segment.measured[channel_];
       const CommandWay& track = tracks_[track_of_.at(segment.commands.get())];
       double q = segment.q0[joint_], before = 0.0;
@@ -257,10 +257,9 @@ std::vector<ValveChart> valve_charts(const PlantModel& model, const Experiment& 
   std::vector<ValveChart> out;
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return out;
   for (int j = 0; j < model.dof(); ++j) {
-    const auto at = static_cast<std::size_t>(j);
+    const std::size_t at = j;
     const bool moves = experiment.command_rms[at] > 0.0 && experiment.position_reach[at] > 0.0;
-    if (integrates_flow(model.actuators()[static_cast<std::size_t>(j)].type) && moves &&
-        channel_of(experiment, j) < experiment.channels.size())
+    if (integrates_flow(model.actuators()[j].type) && moves && channel_of(experiment, j) < experiment.channels.size())
       out.push_back(valve_chart(experiment, j, true, true));
   }
   return out;

@@ -14,7 +14,7 @@ Experiment as_simulated(const CurrentModel& current, const FitContext& context) 
   const std::vector<std::vector<double>> one{current.space.expand(current.fit.point)};
   make_simulator(current.model, context.experiment, context.simulator)
       ->run(one, all, [&](int, int s, const std::vector<std::vector<double>>& predicted) {
-        std::vector<std::vector<double>>& measured = out.segments[static_cast<std::size_t>(s)].measured;
+        std::vector<std::vector<double>>& measured = out.segments[s].measured;
         for (std::size_t c = 0; c < measured.size(); ++c)
           for (std::size_t k = 0; k < measured[c].size(); ++k)
             if (!std::isnan(measured[c][k])) measured[c][k] = predicted[c][k];

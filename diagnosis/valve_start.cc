@@ -34,7 +34,7 @@ const std::vector<ValveShape>& shapes() {
 using Subset = std::vector<std::size_t>;  ///< indices of shapes()
 
 const ParameterInfo& info_of(const ValveShape& shape) {
-  return effect_table()[static_cast<std::size_t>(find_effect(shape.effect))].parameters[shape.number];
+  return effect_table()[find_effect(shape.effect)].parameters[shape.number];
 }
 
 /// Gain, then the number of every shape of a subset, commands over the largest one.
@@ -53,7 +53,7 @@ struct ValveCurve {
     std::vector<std::pair<std::size_t, std::vector<double>>> out;  // index in the table
     for (std::size_t k = 0; k < shapes_of.size(); ++k) {
       const ValveShape& shape = shapes()[shapes_of[k]];
-      const auto type = static_cast<std::size_t>(find_effect(shape.effect));
+      const std::size_t type = find_effect(shape.effect);
       if (shape.number == 0) {
         out.emplace_back(type, std::vector<double>{});
         for (const ParameterInfo& info : effect_table()[type].parameters) out.back().second.push_back(info.neutral);
@@ -71,8 +71,8 @@ struct ValveCurve {
   /// Speeds at the knots for a gain of 1.
   Eigen::VectorXd at(const std::vector<double>& commands, const Eigen::VectorXd& x) const {
     const auto with = effects(x);
-    Eigen::VectorXd out(static_cast<Eigen::Index>(commands.size()));
-    for (std::size_t k = 0; k < commands.size(); ++k) out(static_cast<Eigen::Index>(k)) = passed(commands[k], with);
+    Eigen::VectorXd out(commands.size());
+    for (std::size_t k = 0; k < commands.size(); ++k) out(k) = passed(commands[k], with);
     return out;
   }
 };
@@ -176,9 +176,9 @@ EffectSpec with_leading(const std::string& effect, const std::string& place, dou
 
 /// N m/rad (N/m), of a drive that integrates its flow; of the joint's usual size where the scenario gives it none.
 double oil_spring(const PlantModel& model, const Experiment& experiment, int joint) {
-  const Component& drive = model.actuators()[static_cast<std::size_t>(joint)];
-  const int stiffness = actuator_table()[static_cast<std::size_t>(drive.type)].roles.stiffness;
-  const double given = model.values()[static_cast<std::size_t>(drive.first + stiffness)];
+  const Component& drive = model.actuators()[joint];
+  const int stiffness = actuator_table()[drive.type].roles.stiffness;
+  const double given = model.values()[drive.first + stiffness];
   return given > 0.0 ? given : typical_size(Scale::stiffness, model, experiment, joint, model.values());
 }
 
@@ -196,16 +196,15 @@ std::optional<EffectSpec> stop_of(const ValveChart& chart, const std::string& pl
 /// Whether the drive takes up no more flow against this effect: then nobody can say how hard the contact is.
 bool stops_the_flow(const PlantModel& model, const EffectSpec& spec) {
   const std::optional<int> joint = model.robot().find_joint(spec.place);
-  const auto type = static_cast<std::size_t>(find_effect(spec.effect));
-  return joint && integrates_flow(model.actuators()[static_cast<std::size_t>(*joint)].type) &&
-         Effects::hooks<double>()[type].taken != nullptr;
+  const std::size_t type = find_effect(spec.effect);
+  return joint && integrates_flow(model.actuators()[*joint].type) && Effects::hooks<double>()[type].taken != nullptr;
 }
 
 }  // namespace
 
 ScreenedEffect start_at(const CurrentModel& current, const Experiment& experiment, const EffectSpec& spec) {
   ScreenedEffect out{{spec.effect, spec.place, {}, spec.recordings, spec.where}, {}, {}, 0.0, {}, 0, 0.0, {}};
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(spec.effect))];
+  const EffectInfo& info = effect_table()[find_effect(spec.effect)];
   const bool stops_flow = stops_the_flow(current.model, spec);
   for (const ParameterInfo& p : info.parameters) {
     const double value = spec.parameters.at(p.name);
@@ -214,7 +213,7 @@ ScreenedEffect start_at(const CurrentModel& current, const Experiment& experimen
   }
   const PlantModel model = current.model.with_effects({out.spec});
   for (const Axis& axis : effect_axes(model, experiment, model.effects().back(), out.spec)) {
-    const std::string& key = model.parameters()[static_cast<std::size_t>(axis.parameter)].key;
+    const std::string& key = model.parameters()[axis.parameter].key;
     out.own.push_back(std::clamp(axis.at(spec.parameters.at(key)), axis.lower, axis.upper));
   }
   out.parameters = static_cast<int>(out.own.size());

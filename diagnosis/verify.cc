@@ -45,9 +45,8 @@ std::vector<Whiteness> whiteness(const CurrentModel& before, const CurrentModel&
   for (const Autocorrelation& x : first) {
     const auto y = std::find_if(second.begin(), second.end(), [&](const auto& s) { return s.channel == x.channel; });
     if (y == second.end()) continue;
-    const Channel& channel = channels[static_cast<std::size_t>(x.channel)];
-    out.push_back({experiment.joint_names[static_cast<std::size_t>(channel.joint)], role, x.samples, x.by_lag,
-                   y->by_lag, x.p_value, y->p_value});
+    const Channel& channel = channels[x.channel];
+    out.push_back({experiment.joint_names[channel.joint], role, x.samples, x.by_lag, y->by_lag, x.p_value, y->p_value});
   }
   return out;
 }

@@ -24,7 +24,7 @@ struct Window {
 
 /// A block's samples, second by second. Missing samples have no row.
 void cut(const ResidualBlock& block, const Segment& segment, std::vector<Window>& out) {
-  const auto& column = segment.measured[static_cast<std::size_t>(block.channel)];
+  const auto& column = segment.measured[block.channel];
   Eigen::Index row = block.first;
   const std::size_t start = out.size();
   for (std::size_t k = 0; k < column.size() && row < block.first + block.count; ++k) {
@@ -92,7 +92,7 @@ void level(Eigen::Ref<Eigen::VectorXd> x, int splits = 2) {
 /// The likeliest change in [begin, end), and its chance.
 PowerChange likeliest_change(const Eigen::VectorXd& squares, std::size_t begin, std::size_t end, double tests) {
   const auto n = static_cast<Eigen::Index>(end - begin);
-  Eigen::VectorXd part = squares.segment(static_cast<Eigen::Index>(begin), n);
+  Eigen::VectorXd part = squares.segment(begin, n);
   const auto [at, most] = farthest(part);
   level(part);
   const ResidualBlock block{0, 0, 0, n};
@@ -107,7 +107,7 @@ PowerChange likeliest_change(const Eigen::VectorXd& squares, std::size_t begin, 
 }
 
 double rms_of(const Eigen::VectorXd& squares, std::size_t begin, std::size_t end) {
-  return std::sqrt(squares.segment(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin)).mean());
+  return std::sqrt(squares.segment(begin, end - begin).mean());
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ std::vector<PowerChange> power_changes(std::span<const double> signal, double si
   const double tests =
       signals * std::max(1.0, static_cast<double>(signal.size()) / static_cast<double>(kShortestStretch));
   if (signal.empty()) return {};
-  const Eigen::Map<const Eigen::VectorXd> mapped(signal.data(), static_cast<Eigen::Index>(signal.size()));
+  const Eigen::Map<const Eigen::VectorXd> mapped(signal.data(), signal.size());
   const Eigen::VectorXd squares = mapped.cwiseAbs2();
   std::vector<PowerChange> out;
   const auto split = [&](auto&& self, std::size_t begin, std::size_t end) -> void {
@@ -151,22 +151,19 @@ std::vector<Misfit> misfits(const Eigen::VectorXd& residual, std::span<const Res
                             const Experiment& experiment) {
   std::vector<Window> windows;
   for (const ResidualBlock& block : blocks) {
-    if (noise_over_weight[static_cast<std::size_t>(block.channel)] > 0.0)
-      cut(block, experiment.segments[static_cast<std::size_t>(block.segment)], windows);
+    if (noise_over_weight[block.channel] > 0.0) cut(block, experiment.segments[block.segment], windows);
   }
   std::vector<Misfit> out;
   std::vector<double> energies;
   for (const Window& w : windows) {
-    const std::size_t c = static_cast<std::size_t>(w.channel);
+    const std::size_t c = w.channel;
     const ResidualBlock block{0, w.channel, w.first, w.count};
     const double noise = noise_over_weight[c], n = std::max(effective_samples(residual, std::span(&block, 1)), 1.0);
     const double energy = residual.segment(w.first, w.count).squaredNorm() / (noise * noise);
     const double ratio = energy / static_cast<double>(w.count);
     const double p = std::min(1.0, chance_of_energy(ratio, n) * static_cast<double>(windows.size()));
     if (p > kChangeError) continue;
-    Misfit found{w.segment->file,  experiment.joint_names[static_cast<std::size_t>(channel_joints[c])],
-                 w.begin,          w.end,
-                 std::sqrt(ratio), p};
+    Misfit found{w.segment->file, experiment.joint_names[channel_joints[c]], w.begin, w.end, std::sqrt(ratio), p};
     if (!out.empty() && continues(out.back(), found)) {
       join(out.back(), found);
       energies.back() += energy;

@@ -34,9 +34,9 @@ std::vector<Removed> removed_energy(const std::string& place, const CurrentModel
   const bool at_joint = std::find(names.begin(), names.end(), place) != names.end();
   std::vector<Removed> out;
   for (const ResidualBlock& block : a.layout(validate)) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(block.segment)];
-    const auto channel = static_cast<std::size_t>(block.channel);
-    const auto joint = static_cast<std::size_t>(experiment.channels[channel].joint);
+    const Segment& segment = experiment.segments[block.segment];
+    const std::size_t channel = block.channel;
+    const std::size_t joint = experiment.channels[channel].joint;
     if (at_joint && names[joint] != place) continue;
     Removed here{&segment, joint, {}, {}};
     Eigen::Index row = block.first;

@@ -7,11 +7,10 @@ namespace {
 
 std::map<std::string, double> own_values(const CurrentModel& current, const Finding& finding) {
   const std::vector<double> values = current.space.expand(current.fit.point);
-  const Component& component =
-      current.model.effects()[static_cast<std::size_t>(current.model.find_effect_at(finding.effect, finding.place))];
+  const Component& component = current.model.effects()[current.model.find_effect_at(finding.effect, finding.place)];
   std::map<std::string, double> out;
   for (int k = component.first; k < component.first + component.count; ++k)
-    out[current.model.parameters()[static_cast<std::size_t>(k)].info->name] = values[static_cast<std::size_t>(k)];
+    out[current.model.parameters()[k].info->name] = values[k];
   return out;
 }
 
@@ -41,7 +40,7 @@ CurrentModel rebuilt(const CurrentModel& plain, const CurrentModel& current, con
 
 std::optional<std::size_t> heir_of(std::size_t k, const std::vector<Finding>& findings) {
   for (std::size_t heir = 0; heir < findings.size(); ++heir) {
-    const char* contains = effect_table()[static_cast<std::size_t>(find_effect(findings[heir].effect))].contains;
+    const char* contains = effect_table()[find_effect(findings[heir].effect)].contains;
     if (contains != nullptr && findings[k].effect == contains && findings[heir].place == findings[k].place) return heir;
   }
   return std::nullopt;
@@ -67,7 +66,7 @@ Without handed_over(std::size_t k, std::size_t heir, const CurrentModel& plain, 
   const PlantModel model = plain.model.with_effects({spec});
   std::vector<double> own;
   for (const Axis& axis : effect_axes(model, experiment, model.effects().back(), spec)) {
-    const std::string name = model.parameters()[static_cast<std::size_t>(axis.parameter)].info->name;
+    const std::string name = model.parameters()[axis.parameter].info->name;
     const auto more = given.find(name);
     own.push_back(to_search(axis.coordinate, present.at(name) + (more == given.end() ? 0.0 : more->second)));
   }

@@ -74,11 +74,11 @@ const ChangedSet* best_unexpanded(const KnownSets& known, const std::map<Changed
 }  // namespace
 
 JointColumns::JointColumns(Eigen::Index size, const ChangeGroups& groups, const ChangedSet& changed)
-    : columns_(size), b_(static_cast<std::size_t>(size)) {
-  for (Eigen::Index i = 0; i < size; ++i) b_[static_cast<std::size_t>(i)] = i;
+    : columns_(size), b_(size) {
+  for (Eigen::Index i = 0; i < size; ++i) b_[i] = i;
   for (std::size_t g = 0; g < groups.size(); ++g)
     if (changed[g] != 0)
-      for (const Eigen::Index i : groups[g]) b_[static_cast<std::size_t>(i)] = columns_++;
+      for (const Eigen::Index i : groups[g]) b_[i] = columns_++;
 }
 
 Eigen::MatrixXd JointColumns::joined(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b,

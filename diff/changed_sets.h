@@ -39,7 +39,7 @@ class JointColumns {
  public:
   JointColumns(Eigen::Index size, const ChangeGroups& groups, const ChangedSet& changed);
   Eigen::Index size() const { return columns_; }
-  Eigen::Index of_b(Eigen::Index i) const { return b_[static_cast<std::size_t>(i)]; }
+  Eigen::Index of_b(Eigen::Index i) const { return b_[i]; }
   bool apart(Eigen::Index i) const { return of_b(i) != i; }
 
   /// Information of both sets, and of priors that have that of `common` (a diagonal) for the common numbers.

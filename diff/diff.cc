@@ -43,7 +43,7 @@ double joint_energy(const Structure& s, const JointFit& at) {
 /// alone can see it: it is offered beside the masses, in the set whose arm came out heavier. The fit with it and all
 /// else common; nothing where it is offered already or has no place here.
 std::optional<Hypothesised> offer_load(Structure& s, const std::atomic<bool>* stop) {
-  const EffectInfo& load = effect_table()[static_cast<std::size_t>(find_effect(kLoadEffect))];
+  const EffectInfo& load = effect_table()[find_effect(kLoadEffect)];
   if (std::ranges::none_of(s.changeables, is_of_masses)) return std::nullopt;
   const bool in_b = moving_mass(s.b) >= moving_mass(s.a);
   const Side& light = in_b ? s.a : s.b;
@@ -81,12 +81,12 @@ struct Searched {
 
 /// The common numbers stay as near a fit as its linearisation holds.
 CommonPrior held_near(const Structure& s, const JointFit& fit) {
-  CommonPrior out{in_priors(s.a, fit.a), Eigen::VectorXd::Ones(static_cast<Eigen::Index>(fit.a.size()))};
+  CommonPrior out{in_priors(s.a, fit.a), Eigen::VectorXd::Ones(fit.a.size())};
   for (std::size_t i = 0; i < fit.a.size(); ++i) {
     const Axis& axis = s.a.axes()[i];
     const bool logarithm = axis.coordinate == Coordinate::logarithm;  // whose own unit is its size
     const double size = logarithm ? 1.0 : coordinate_size(fit.a[i], axis.lower, axis.upper);
-    out.deviation(static_cast<Eigen::Index>(i)) = std::clamp(kHoldsWithin * size / axis.prior, kLeastHold, 1.0);
+    out.deviation(i) = std::clamp(kHoldsWithin * size / axis.prior, kLeastHold, 1.0);
   }
   return out;
 }
@@ -197,7 +197,7 @@ class InUnits {
   const Axis& axis(std::size_t i) const { return s_.a.axes()[i]; }
 
   double slope(const Side& side, std::vector<double> point, std::size_t i) const {
-    const auto parameter = static_cast<std::size_t>(axis(i).parameter);
+    const std::size_t parameter = axis(i).parameter;
     const double x = point[i], h = 1e-5 * axis(i).prior;
     point[i] = x + h;
     const double above = side.model.space.expand(point)[parameter];
@@ -207,8 +207,8 @@ class InUnits {
 
   Estimate estimate(const Side& side, std::size_t i, const std::vector<double>& point,
                     const std::vector<double>& values, double error) const {
-    const Parameter& p = side.model.model.parameters()[static_cast<std::size_t>(axis(i).parameter)];
-    Estimate out{p.name, p.unit, values[static_cast<std::size_t>(axis(i).parameter)]};
+    const Parameter& p = side.model.model.parameters()[axis(i).parameter];
+    Estimate out{p.name, p.unit, values[axis(i).parameter]};
     const double sigma = kErrors95 * axis(i).prior * error;
     double low = axis(i).value(point[i] - sigma), high = axis(i).value(point[i] + sigma);
     if (!side.model.space.shared_masses().empty() && p.key == "mass") {
@@ -275,7 +275,7 @@ MachineChange describe(const Structure& s, const Claim& claim, const Searched& f
   out.heldout_share = claim.heldout.share;
   for (const std::size_t i : c.axes) {
     ChangedNumber n;
-    n.key = s.a.model.model.parameters()[static_cast<std::size_t>(s.a.axes()[i].parameter)].key;
+    n.key = s.a.model.model.parameters()[s.a.axes()[i].parameter].key;
     n.a = units.of_a(i), n.b = units.of_b(i), n.difference = units.difference(i);
     carry_to_difference(s.b, n);
     leave_out_absent(s, c, i, n);

@@ -31,7 +31,7 @@ class SideAt {
   /// Information and minus half the gradient of the energy, in units of the priors.
   Quadratic slopes() {
     Eigen::MatrixXd J = problem_.jacobian(point_, residual_, train_);
-    for (std::size_t i = 0; i < point_.size(); ++i) J.col(static_cast<Eigen::Index>(i)) *= side_.axes()[i].prior;
+    for (std::size_t i = 0; i < point_.size(); ++i) J.col(i) *= side_.axes()[i].prior;
     return {J.transpose() * J, -J.transpose() * residual_};
   }
 
@@ -46,7 +46,7 @@ class SideAt {
 class Descent {
  public:
   Descent(const Side& a, const Side& b, const ChangeGroups& groups, const ChangedSet& changed, JointFit start)
-      : columns_(static_cast<Eigen::Index>(a.axes().size()), groups, changed), side_(a), now_(std::move(start)) {
+      : columns_(a.axes().size(), groups, changed), side_(a), now_(std::move(start)) {
     settle(a, now_.a, b, now_.b);
     a_.emplace(a, now_.a), b_.emplace(b, now_.b);
     now_.cost = a_->energy() + b_->energy() + prior(now_);
@@ -82,16 +82,16 @@ class Descent {
  private:
   /// Common numbers made equal; those pinned on either side stand there and stay.
   void settle(const Side& a, std::vector<double>& xa, const Side& b, std::vector<double>& xb) {
-    held_.assign(static_cast<std::size_t>(columns_.size()), 0);
+    held_.assign(columns_.size(), 0);
     for (std::size_t i = 0; i < xa.size(); ++i)
-      if (!columns_.apart(static_cast<Eigen::Index>(i))) xb[i] = xa[i];
+      if (!columns_.apart(i)) xb[i] = xa[i];
     for (const auto& [i, value] : a.pins) {
       xa[i] = value, held_[i] = 1;
-      if (!columns_.apart(static_cast<Eigen::Index>(i))) xb[i] = value;
+      if (!columns_.apart(i)) xb[i] = value;
     }
     for (const auto& [i, value] : b.pins) {
-      xb[i] = value, held_[static_cast<std::size_t>(columns_.of_b(static_cast<Eigen::Index>(i)))] = 1;
-      if (!columns_.apart(static_cast<Eigen::Index>(i))) xa[i] = value;
+      xb[i] = value, held_[columns_.of_b(i)] = 1;
+      if (!columns_.apart(i)) xa[i] = value;
     }
   }
 
@@ -127,7 +127,7 @@ class Descent {
       damped.diagonal() *= 1.0 + damping_;
       Eigen::VectorXd slope = down;
       for (Eigen::Index c = 0; c < K.rows(); ++c) {
-        if (held[static_cast<std::size_t>(c)] == 0) continue;
+        if (held[c] == 0) continue;
         damped.row(c).setZero(), damped.col(c).setZero();
         damped(c, c) = 1.0, slope(c) = 0.0;
       }
@@ -141,11 +141,11 @@ class Descent {
     const auto look = [&](std::size_t i, Eigen::Index column, double x) {
       const Axis& axis = side_.axes()[i];
       const bool out = (x <= axis.lower && step(column) < 0.0) || (x >= axis.upper && step(column) > 0.0);
-      if (out) held[static_cast<std::size_t>(column)] = 1, more = true;
+      if (out) held[column] = 1, more = true;
     };
     for (std::size_t i = 0; i < now_.a.size(); ++i) {
-      look(i, static_cast<Eigen::Index>(i), now_.a[i]);
-      look(i, columns_.of_b(static_cast<Eigen::Index>(i)), now_.b[i]);
+      look(i, i, now_.a[i]);
+      look(i, columns_.of_b(i), now_.b[i]);
     }
     return more;
   }
@@ -164,7 +164,7 @@ ChangeGroups groups_of(const std::vector<Changeable>& changeables) {
   ChangeGroups out;
   for (const Changeable& c : changeables) {
     out.emplace_back();
-    for (const std::size_t a : c.axes) out.back().push_back(static_cast<Eigen::Index>(a));
+    for (const std::size_t a : c.axes) out.back().push_back(a);
   }
   return out;
 }

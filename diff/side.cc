@@ -16,9 +16,9 @@ constexpr double kPinned = 1e-3;  ///< prior's standard deviations within which 
 std::vector<int> recording_of_rows(std::span<const ResidualBlock> blocks, const Experiment& experiment,
                                    Eigen::Index rows) {
   std::map<std::string, int> files;
-  std::vector<int> out(static_cast<std::size_t>(rows), 0);
+  std::vector<int> out(rows, 0);
   for (const ResidualBlock& b : blocks) {
-    const std::string& file = experiment.segments[static_cast<std::size_t>(b.segment)].file;
+    const std::string& file = experiment.segments[b.segment].file;
     const int number = files.emplace(file, static_cast<int>(files.size())).first->second;
     std::fill_n(out.begin() + b.first, b.count, number);
   }
@@ -32,23 +32,22 @@ Eigen::VectorXd score_variance(const Eigen::MatrixXd& along, const Eigen::Vector
   if (count < 2) return Eigen::VectorXd::Zero(along.cols());
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(along.cols(), count);
   for (Eigen::Index row = 0; row < along.rows(); ++row)
-    scores.col(cluster[static_cast<std::size_t>(row)]) += residual(row) * along.row(row).transpose();
+    scores.col(cluster[row]) += residual(row) * along.row(row).transpose();
   const double few = static_cast<double>(count) / static_cast<double>(count - 1);
   return few * scores.rowwise().squaredNorm();
 }
 
 Eigen::VectorXd prior_sizes(const std::vector<Axis>& axes) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(axes.size()));
-  for (std::size_t a = 0; a < axes.size(); ++a) out(static_cast<Eigen::Index>(a)) = axes[a].prior;
+  Eigen::VectorXd out(axes.size());
+  for (std::size_t a = 0; a < axes.size(); ++a) out(a) = axes[a].prior;
   return out;
 }
 
 }  // namespace
 
 Eigen::VectorXd in_priors(const Side& side, const std::vector<double>& point) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(point.size()));
-  for (std::size_t a = 0; a < point.size(); ++a)
-    out(static_cast<Eigen::Index>(a)) = (point[a] - side.axes()[a].center) / side.axes()[a].prior;
+  Eigen::VectorXd out(point.size());
+  for (std::size_t a = 0; a < point.size(); ++a) out(a) = (point[a] - side.axes()[a].center) / side.axes()[a].prior;
   return out;
 }
 

@@ -127,7 +127,7 @@ std::vector<double> own_point(const PlantModel& model, const std::vector<Axis>& 
                               const std::map<std::string, double>& values, bool neutral) {
   std::vector<double> out;
   for (const Axis& axis : axes) {
-    const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+    const Parameter& p = model.parameters()[axis.parameter];
     const auto at = values.find(p.key);
     const bool given = at != values.end() && !(neutral && is_strength(*p.info));
     const double x = axis.at(given ? at->second : p.neutral);
@@ -153,7 +153,7 @@ std::vector<Axis> last_axes(const Side& side, std::size_t count) {
 void pin_at_neutral(Side& side, std::size_t first) {
   const auto& axes = side.axes();
   const auto parameter = [&](std::size_t a) -> const Parameter& {
-    return side.model.model.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+    return side.model.model.parameters()[axes[a].parameter];
   };
   bool any = false;
   for (std::size_t a = first; a < axes.size(); ++a) any = any || is_strength(*parameter(a).info);
@@ -167,7 +167,7 @@ void pin_at_neutral(Side& side, std::size_t first) {
 std::vector<Changeable> plain_changeables(const Side& side) {
   std::vector<Changeable> out;
   for (std::size_t a = 0; a < side.axes().size(); ++a) {
-    const Parameter& p = side.model.model.parameters()[static_cast<std::size_t>(side.axes()[a].parameter)];
+    const Parameter& p = side.model.model.parameters()[side.axes()[a].parameter];
     const std::string place =
         p.name.size() > p.key.size() ? p.name.substr(0, p.name.size() - p.key.size() - 1) : p.name;
     out.push_back({p.name, "", place, p.key, {a}, {}, {}});
@@ -209,7 +209,7 @@ void fit_side(Side& side, const std::vector<std::vector<double>>& starts, const 
 void widen_shapes(Side& side, std::size_t first) {
   std::vector<Axis> axes = side.axes();
   for (std::size_t a = first; a < axes.size(); ++a) {
-    const Parameter& p = side.model.model.parameters()[static_cast<std::size_t>(axes[a].parameter)];
+    const Parameter& p = side.model.model.parameters()[axes[a].parameter];
     if (!is_strength(*p.info)) axes[a].prior = std::max(axes[a].prior, kOfShapeRange * (axes[a].upper - axes[a].lower));
   }
   side.model.space.replace(std::move(axes));

@@ -88,7 +88,7 @@ MotionBand band_of(const std::vector<const JointSignals*>& recordings, std::size
 }
 
 Piece piece_of(const JointSignals& signals, Dynamics& dynamics, double cutoff) {
-  const std::size_t dof = static_cast<std::size_t>(dynamics.dof());
+  const std::size_t dof = dynamics.dof();
   Piece out{motion_of(signals, dof, cutoff), Signals(dof), Signals(dof), Signals(dof)};
   const MeasuredMotion& motion = out.motion;
   const ZeroPhaseLowPass filter(cutoff, motion.rate);
@@ -149,7 +149,7 @@ class Rows {
 
   template <class Function>
   Eigen::VectorXd column(const Function& value) const {
-    Eigen::VectorXd out(static_cast<Eigen::Index>(rows_.size()));
+    Eigen::VectorXd out(rows_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i)
       out[static_cast<Eigen::Index>(i)] = value(*rows_[i].first, rows_[i].second);
     return out;
@@ -231,7 +231,7 @@ class Guesser {
 
   ActuationGuess run(const std::vector<JointSignals>& recordings, const std::vector<DriveHint>& hints) {
     ActuationGuess out;
-    const std::size_t dof = static_cast<std::size_t>(robot_->dof());
+    const std::size_t dof = robot_->dof();
     std::vector<const JointSignals*> used;
     std::size_t samples = 0;
     for (const JointSignals& signals : recordings) {
@@ -257,15 +257,14 @@ class Guesser {
 
   /// Largest diagonal of the mass matrix over poses of the recordings.
   void measure_inertias() {
-    const std::size_t dof = static_cast<std::size_t>(robot_->dof());
+    const std::size_t dof = robot_->dof();
     inertia_.assign(dof, 0.0);
     constexpr std::size_t kPoses = 20;
     std::vector<double> q(dof, 0.0);
     Eigen::MatrixXd mass;
     const auto look = [&] {
       dynamics_->mass_matrix(q, mass);
-      for (std::size_t j = 0; j < dof; ++j)
-        inertia_[j] = std::max(inertia_[j], mass(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j)));
+      for (std::size_t j = 0; j < dof; ++j) inertia_[j] = std::max(inertia_[j], mass(j, j));
     };
     look();
     for (const Piece& piece : pieces_) {

@@ -103,7 +103,7 @@ class Matcher {
   }
 
  private:
-  std::string joint_name(int joint) const { return robot_.joints()[static_cast<std::size_t>(joint)].name; }
+  std::string joint_name(int joint) const { return robot_.joints()[joint].name; }
 
   void take_time() {
     static const Words kTime{"t", "time", "timestamp", "stamp", "times", "clock", "elapsed", "sec", "seconds"};
@@ -142,11 +142,11 @@ class Matcher {
     const Words words(reading.words.begin(), reading.words.end());
     reading.rest = words;
     reading.joint = joint_within(words, joints_);
-    const Words* telling = reading.joint >= 0 ? &joints_[static_cast<std::size_t>(reading.joint)] : nullptr;
+    const Words* telling = reading.joint >= 0 ? &joints_[reading.joint] : nullptr;
     if (telling != nullptr) {
       reading.reason = "by the joint's name";
     } else if (reading.joint = joint_within(words, links_); reading.joint >= 0) {
-      telling = &links_[static_cast<std::size_t>(reading.joint)];
+      telling = &links_[reading.joint];
       reading.reason = "by the name of the link that the joint moves";
     }
     if (telling == nullptr) return;
@@ -241,7 +241,7 @@ class Matcher {
     Words rest = reading.rest;
     const bool letter = rest.erase("x") > 0 || rest.erase("s") > 0 || rest.erase("d") > 0;
     const int joint = reading.joint >= 0 ? reading.joint : robot_.dof() == 1 ? 0 : -1;
-    return letter && rest.empty() && joint >= 0 && robot_.joints()[static_cast<std::size_t>(joint)].prismatic();
+    return letter && rest.empty() && joint >= 0 && robot_.joints()[joint].prismatic();
   }
   static void take_slide_letter(Reading& reading) { reading.rest.clear(); }
 
@@ -255,7 +255,7 @@ class Matcher {
       if (reading.kind && reading.joint < 0 && reading.rest == Words{"0"}) from_zero.insert(*reading.kind);
     for (Reading& reading : readings_) {
       if (!reading.kind || from_zero.count(*reading.kind) == 0 || reading.joint < 0) continue;
-      const Words& telling = joints_[static_cast<std::size_t>(reading.joint)];
+      const Words& telling = joints_[reading.joint];
       if (telling.size() == 1 && is_number(*telling.begin())) reading.rest = telling, reading.joint = -1;
     }
   }

@@ -37,7 +37,7 @@ class Drafter {
 
  private:
   const std::vector<double>& column(const Recording& data, const std::string& name) const {
-    return data.columns[static_cast<std::size_t>(data.find(name))];
+    return data.columns[data.find(name)];
   }
 
   /// Only what every recording has can be a channel.
@@ -97,9 +97,7 @@ class Drafter {
     return out;
   }
 
-  const Joint& joint_of(const ColumnGuess& guess) const {
-    return robot_.joints()[static_cast<std::size_t>(guess.joint)];
-  }
+  const Joint& joint_of(const ColumnGuess& guess) const { return robot_.joints()[guess.joint]; }
 
   void read_units() {
     const std::vector<const Recording*> data = all_data();
@@ -135,7 +133,7 @@ class Drafter {
 
   /// Every recording in SI.
   void collect_signals() {
-    const std::size_t dof = static_cast<std::size_t>(robot_.dof());
+    const std::size_t dof = robot_.dof();
     for (const DraftRecording& recording : request_.recordings) {
       JointSignals signals;
       signals.time = column(*recording.data, facts_.columns.time);
@@ -148,7 +146,7 @@ class Drafter {
                                                  : guess.kind == ChannelKind::effort   ? &signals.effort
                                                                                        : nullptr;
         if (into == nullptr) continue;
-        std::vector<double>& values = (*into)[static_cast<std::size_t>(guess.joint)];
+        std::vector<double>& values = (*into)[guess.joint];
         values = column(*recording.data, guess.column);
         for (double& x : values) x *= facts_.units[{guess.kind, guess.joint}].scale;
       }
@@ -158,11 +156,11 @@ class Drafter {
 
   void look_at_positions() {
     for (int j = 0; j < robot_.dof(); ++j) {
-      const auto& first = signals_.front().position[static_cast<std::size_t>(j)];
+      const auto& first = signals_.front().position[j];
       if (first.empty()) continue;
       SignalFacts facts{HUGE_VAL, -HUGE_VAL, 0.0, noise_of(signals_.front().time, first), quantisation_step(first)};
       for (const JointSignals& signals : signals_) {
-        for (const double x : signals.position[static_cast<std::size_t>(j)])
+        for (const double x : signals.position[j])
           if (std::isfinite(x)) facts.low = std::min(facts.low, x), facts.high = std::max(facts.high, x);
       }
       const auto seen = std::find_if(first.begin(), first.end(), [](double x) { return std::isfinite(x); });
@@ -191,7 +189,7 @@ class Drafter {
     const MotionBand& band = facts_.actuation.band;
     bool efforts = robot_.dof() > 0, springs = true, any = false;
     for (int j = 0; j < robot_.dof(); ++j) {
-      const ActuatorGuess& guess = facts_.actuation.joints[static_cast<std::size_t>(j)];
+      const ActuatorGuess& guess = facts_.actuation.joints[j];
       efforts = efforts && facts_.measured(ChannelKind::effort, j) && facts_.measured(ChannelKind::position, j);
       springs = springs && (guess.holds || guess.model.empty());
       any = any || !guess.model.empty();

@@ -74,7 +74,7 @@ std::vector<std::set<std::string>> words_of_joints(const Robot& robot) {
 
 std::vector<std::set<std::string>> words_of_moved_links(const Robot& robot) {
   std::vector<std::string> names;
-  for (const Joint& joint : robot.joints()) names.push_back(robot.links()[static_cast<std::size_t>(joint.link)].name);
+  for (const Joint& joint : robot.joints()) names.push_back(robot.links()[joint.link].name);
   return telling_words(names);
 }
 

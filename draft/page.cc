@@ -40,10 +40,10 @@ class PageWriter {
   }
 
  private:
-  const Joint& joint(int j) const { return request_.robot->joints()[static_cast<std::size_t>(j)]; }
+  const Joint& joint(int j) const { return request_.robot->joints()[j]; }
   std::string shown(int j) const { return printable(joint(j).name, 60); }
   int dof() const { return request_.robot->dof(); }
-  const ActuatorGuess& actuator(int j) const { return facts_.actuation.joints[static_cast<std::size_t>(j)]; }
+  const ActuatorGuess& actuator(int j) const { return facts_.actuation.joints[j]; }
   std::string unit(int j) const { return joint(j).prismatic() ? "m" : "rad"; }
 
   /// Behind what was written last.

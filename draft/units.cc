@@ -49,7 +49,7 @@ ColumnRange range_of_column(const std::vector<const Recording*>& recordings, con
   for (const Recording* recording : recordings) {
     const int at = recording->find(column);
     if (at < 0) continue;
-    for (const double x : recording->columns[static_cast<std::size_t>(at)]) {
+    for (const double x : recording->columns[at]) {
       if (!std::isfinite(x)) continue;
       out.low = out.any ? std::min(out.low, x) : x;
       out.high = out.any ? std::max(out.high, x) : x;
@@ -61,9 +61,7 @@ ColumnRange range_of_column(const std::vector<const Recording*>& recordings, con
 
 UnitGuess guess_position_unit(const Robot& robot, const ColumnGuesses& guesses, const ColumnGuess& column,
                               const std::vector<const Recording*>& recordings) {
-  const auto joint_of = [&](const ColumnGuess& guess) -> const Joint& {
-    return robot.joints()[static_cast<std::size_t>(guess.joint)];
-  };
+  const auto joint_of = [&](const ColumnGuess& guess) -> const Joint& { return robot.joints()[guess.joint]; };
   if (joint_of(column).prismatic())
     return guess_slide(joint_of(column), column, range_of_column(recordings, column.column));
   if (column.unit == "rad") return {1.0, "rad, as its name says", true};

@@ -81,14 +81,13 @@ std::string pushed_against_bounds(const PlantModel& model, const SearchSpace& sp
   std::vector<Eigen::Index> inside, all;
   std::string names;
   for (std::size_t a = 0; a < axes.size(); ++a) {
-    const Eigen::Index i = static_cast<Eigen::Index>(a);
+    const Eigen::Index i = a;
     const double x = solution.point[a];
     slope(i) += std::pow(axes[a].prior, -2) * (x - axes[a].center);
     const bool cut = (at_lower(axes[a], x) && slope(i) > 0.0) || (at_upper(axes[a], x) && slope(i) < 0.0);
     all.push_back(i);
     if (!cut) inside.push_back(i);
-    if (cut)
-      names += (names.empty() ? "" : ", ") + model.parameters()[static_cast<std::size_t>(axes[a].parameter)].name;
+    if (cut) names += (names.empty() ? "" : ", ") + model.parameters()[axes[a].parameter].name;
   }
   const Eigen::VectorXd floor = least_curvatures(axes);
   const double gain = promised(normal, slope, all, floor) - promised(normal, slope, inside, floor);

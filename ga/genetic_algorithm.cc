@@ -52,7 +52,7 @@ class Evolution {
 
   OptimizerResult run() {
     resume();
-    const auto wanted = static_cast<std::size_t>(options_.generations);
+    const std::size_t wanted = options_.generations;
     while (state_.history.size() < wanted && !stopped()) {
       evaluate_generation(state_.history.empty() ? first_population() : next_population());
       finish_generation();
@@ -76,7 +76,7 @@ class Evolution {
     auto loaded = load_checkpoint(control_.checkpoint, identity_);
     if (!loaded) return;
     const auto is_wrong = [&](const Chromosome& c) { return c.size() != box_.lower.size(); };
-    const auto size = static_cast<std::size_t>(options_.population);
+    const std::size_t size = options_.population;
     if (loaded->history.empty() || loaded->population.size() != size || loaded->costs.size() != size ||
         loaded->best.size() != box_.lower.size() ||
         std::any_of(loaded->population.begin(), loaded->population.end(), is_wrong)) {
@@ -92,7 +92,7 @@ class Evolution {
   }
 
   std::vector<Chromosome> first_population() const {
-    std::vector<Chromosome> population(static_cast<std::size_t>(options_.population), Chromosome(box_.lower.size()));
+    std::vector<Chromosome> population(options_.population, Chromosome(box_.lower.size()));
     for (std::size_t i = 0; i < population.size(); ++i) {
       if (i < options_.start_points.size()) {
         population[i] = encode(options_.start_points[i], box_);

@@ -46,7 +46,7 @@ OptimizerResult search_population(Problem& problem, const IdentifyOptions& optio
 }
 
 Estimate estimate_of(const PlantModel& model, const Axis& axis, double x, double error, double relative_error) {
-  const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+  const Parameter& p = model.parameters()[axis.parameter];
   double low = x - kTwoSided95 * error, high = x + kTwoSided95 * error;
   if (axis.coordinate == Coordinate::inverse) {
     const double a = low > 0.0 ? 1.0 / low : HUGE_VAL, b = 1.0 / std::max(high, 1e-300);
@@ -128,7 +128,7 @@ Eigen::VectorXd reported_errors(Problem& problem, std::span<const int> segments,
 }
 
 Estimate mass_estimate(const PlantModel& model, int parameter, double value, double low, double high) {
-  const Parameter& p = model.parameters()[static_cast<std::size_t>(parameter)];
+  const Parameter& p = model.parameters()[parameter];
   return {p.name, p.unit, value, low, high, false, false, false};
 }
 
@@ -137,12 +137,12 @@ void add_rest_of_total(const PlantModel& model, const SearchSpace& space, FitRes
   double sum = 0.0;
   for (std::size_t a = 0; a < space.size(); ++a) {
     for (std::size_t b = 0; b < space.size(); ++b) {
-      const bool masses = model.parameters()[static_cast<std::size_t>(space.axes()[a].parameter)].info == nullptr &&
-                          model.parameters()[static_cast<std::size_t>(space.axes()[b].parameter)].info == nullptr;
-      if (masses) sum += fit.identifiability.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+      const bool masses = model.parameters()[space.axes()[a].parameter].info == nullptr &&
+                          model.parameters()[space.axes()[b].parameter].info == nullptr;
+      if (masses) sum += fit.identifiability.covariance(a, b);
     }
   }
-  const double value = fit.values[static_cast<std::size_t>(space.dependent())], error = std::sqrt(std::max(sum, 0.0));
+  const double value = fit.values[space.dependent()], error = std::sqrt(std::max(sum, 0.0));
   fit.estimates.push_back(
       mass_estimate(model, space.dependent(), value, value - kTwoSided95 * error, value + kTwoSided95 * error));
   fit.estimates.back().identifiable = error < kIdentifiable * value;
@@ -153,13 +153,13 @@ void add_rest_of_total(const PlantModel& model, const SearchSpace& space, FitRes
 Eigen::MatrixXd shared_mass_slopes(const SearchSpace& space, const FitResult& fit) {
   const auto& masses = space.shared_masses();
   double total = 0.0;
-  for (const SharedMass& m : masses) total += fit.values[static_cast<std::size_t>(m.parameter)];
-  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(static_cast<Eigen::Index>(space.size()));
+  for (const SharedMass& m : masses) total += fit.values[m.parameter];
+  Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(space.size());
   for (const SharedMass& m : masses)
-    if (m.axis >= 0) mean(m.axis) = fit.values[static_cast<std::size_t>(m.parameter)] / total;
-  Eigen::MatrixXd out = (-mean).replicate(static_cast<Eigen::Index>(masses.size()), 1);
+    if (m.axis >= 0) mean(m.axis) = fit.values[m.parameter] / total;
+  Eigen::MatrixXd out = (-mean).replicate(masses.size(), 1);
   for (std::size_t i = 0; i < masses.size(); ++i)
-    if (masses[i].axis >= 0) out(static_cast<Eigen::Index>(i), masses[i].axis) += 1.0;
+    if (masses[i].axis >= 0) out(i, masses[i].axis) += 1.0;
   return out;
 }
 
@@ -173,15 +173,15 @@ void describe_shared_masses(const PlantModel& model, const SearchSpace& space, F
   const Eigen::VectorXd error = errors(fit.identifiability.covariance), by_data = errors(fit.identifiability.by_data);
   for (std::size_t i = 0; i < masses.size(); ++i) {
     const SharedMass& m = masses[i];
-    const double value = fit.values[static_cast<std::size_t>(m.parameter)];
-    const double factor = std::exp(kTwoSided95 * error(static_cast<Eigen::Index>(i)));
+    const double value = fit.values[m.parameter];
+    const double factor = std::exp(kTwoSided95 * error(i));
     Estimate estimate = mass_estimate(model, m.parameter, value, value / factor, value * factor);
-    estimate.identifiable = by_data(static_cast<Eigen::Index>(i)) < kIdentifiable;
+    estimate.identifiable = by_data(i) < kIdentifiable;
     const double margin = kAtBound * std::min(m.upper - m.lower, value);
     estimate.at_bound = value <= m.lower + margin || value >= m.upper - margin;
     estimate.derived = m.axis < 0;
     if (m.axis >= 0) {
-      fit.estimates[static_cast<std::size_t>(m.axis)] = estimate;
+      fit.estimates[m.axis] = estimate;
     } else {
       fit.estimates.push_back(estimate);
     }
@@ -195,15 +195,14 @@ std::string direction_in_words(const PlantModel& model, const SearchSpace& space
   std::vector<std::string> names = space.box(model).names;
   if (space.shared_masses().empty()) return combination_in_words(weights, names);
   std::vector<double> own = weights;
-  const Eigen::VectorXd moved =
-      shared_mass_slopes(space, fit) * Eigen::VectorXd::Map(weights.data(), static_cast<Eigen::Index>(weights.size()));
+  const Eigen::VectorXd moved = shared_mass_slopes(space, fit) * Eigen::VectorXd::Map(weights.data(), weights.size());
   for (std::size_t i = 0; i < space.shared_masses().size(); ++i) {
     const SharedMass& mass = space.shared_masses()[i];
     if (mass.axis < 0) {
       own.push_back(0.0);
-      names.push_back(model.parameters()[static_cast<std::size_t>(mass.parameter)].name);
+      names.push_back(model.parameters()[mass.parameter].name);
     }
-    own[mass.axis < 0 ? own.size() - 1 : static_cast<std::size_t>(mass.axis)] = moved(static_cast<Eigen::Index>(i));
+    own[mass.axis < 0 ? own.size() - 1 : static_cast<std::size_t>(mass.axis)] = moved(i);
   }
   double square = 0.0;
   for (const double w : own) square += w * w;
@@ -245,7 +244,7 @@ std::string combination_in_words(const std::vector<double>& weights, const std::
 }
 
 std::string rms_entry(const Channel& channel, const Experiment& experiment) {
-  const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+  const std::string& joint = experiment.joint_names[channel.joint];
   const bool inverse = std::holds_alternative<InverseDynamics>(experiment.prediction);
   const bool effort = channel.kind == ChannelKind::effort || channel.kind == ChannelKind::command;
   return (inverse ? effort : channel.kind == ChannelKind::position) ? joint : joint + "." + to_string(channel.kind);
@@ -281,8 +280,8 @@ void describe_fit(const PlantModel& model, const SearchSpace& space, Problem& pr
   const Eigen::VectorXd errors = reported_errors(problem, segments, s, fit.effective_samples, fit.identifiability);
   fit.estimates.clear();
   for (std::size_t a = 0; a < space.size(); ++a) {
-    fit.estimates.push_back(estimate_of(model, space.axes()[a], s.point[a], errors(static_cast<Eigen::Index>(a)),
-                                        fit.identifiability.relative_error[a]));
+    fit.estimates.push_back(
+        estimate_of(model, space.axes()[a], s.point[a], errors(a), fit.identifiability.relative_error[a]));
   }
   fit.undetermined.clear();
   for (const auto& direction : fit.identifiability.undetermined) {

@@ -55,7 +55,7 @@ class ResidualCost final : public ceres::CostFunction {
     Eigen::Map<Eigen::VectorXd>(residuals, last_.size()) = last_;
     for (std::size_t k = 0; k < priors_.size(); ++k) {
       const Axis& axis = problem_.space().axes()[priors_[k]];
-      residuals[static_cast<std::size_t>(last_.size()) + k] = (point[priors_[k]] - axis.center) / axis.prior;
+      residuals[last_.size() + k] = (point[priors_[k]] - axis.center) / axis.prior;
     }
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
     const Eigen::MatrixXd J = problem_.jacobian(point, last_, segments_);
@@ -66,8 +66,7 @@ class ResidualCost final : public ceres::CostFunction {
     all.topRows(J.rows()) = J;
     all.bottomRows(num_residuals() - J.rows()).setZero();
     for (std::size_t k = 0; k < priors_.size(); ++k) {
-      all(J.rows() + static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(priors_[k])) =
-          1.0 / problem_.space().axes()[priors_[k]].prior;
+      all(J.rows() + static_cast<Eigen::Index>(k), priors_[k]) = 1.0 / problem_.space().axes()[priors_[k]].prior;
     }
     return true;
   }
@@ -215,7 +214,7 @@ class ProjectedDescent {
   Eigen::VectorXd gradient() const {
     Eigen::VectorXd out = jacobian_.transpose() * residual_;
     for (std::size_t a = 0; a < axes_.size(); ++a) {
-      const Eigen::Index i = static_cast<Eigen::Index>(a);
+      const Eigen::Index i = a;
       out(i) += prior_(i) * (result_.point[a] - axes_[a].center);
     }
     return out;
@@ -228,10 +227,10 @@ class ProjectedDescent {
 
   /// The step to `next` as the linear look sees it.
   Eigen::VectorXd way_to(const std::vector<double>& next) const {
-    Eigen::VectorXd way(static_cast<Eigen::Index>(next.size()));
+    Eigen::VectorXd way(next.size());
     for (std::size_t a = 0; a < next.size(); ++a) {
       const double change = next[a] - result_.point[a];
-      way(static_cast<Eigen::Index>(a)) = is_ratio(axes_[a]) ? std::expm1(change) : change;
+      way(a) = is_ratio(axes_[a]) ? std::expm1(change) : change;
     }
     return way;
   }
@@ -250,9 +249,9 @@ class ProjectedDescent {
 
   /// Sensitivities to relative changes grow with the values.
   void transport(const std::vector<double>& next) {
-    Eigen::VectorXd growth = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(next.size()));
+    Eigen::VectorXd growth = Eigen::VectorXd::Ones(next.size());
     for (std::size_t a = 0; a < next.size(); ++a)
-      if (is_ratio(axes_[a])) growth(static_cast<Eigen::Index>(a)) = std::exp(next[a] - result_.point[a]);
+      if (is_ratio(axes_[a])) growth(a) = std::exp(next[a] - result_.point[a]);
     jacobian_ = jacobian_ * growth.asDiagonal();
     normal_ = growth.asDiagonal() * normal_ * growth.asDiagonal();
   }
@@ -276,7 +275,7 @@ class ProjectedDescent {
     const Eigen::VectorXd slope = gradient();
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
-      const std::size_t a = static_cast<std::size_t>(i);
+      const std::size_t a = i;
       const bool stuck = (result_.point[a] <= axes_[a].lower && slope(i) > 0.0) ||
                          (result_.point[a] >= axes_[a].upper && slope(i) < 0.0);
       if (!stuck) free.push_back(i);
@@ -289,9 +288,8 @@ class ProjectedDescent {
       const Eigen::VectorXd delta = damped_step(normal, slope(free), damping + kFloor, floor_(free));
       std::vector<double>& next = out.emplace_back(result_.point);
       for (std::size_t k = 0; k < free.size(); ++k) {
-        const std::size_t a = static_cast<std::size_t>(free[k]);
-        next[a] =
-            std::clamp(moved(axes_[a], next[a], delta(static_cast<Eigen::Index>(k))), axes_[a].lower, axes_[a].upper);
+        const std::size_t a = free[k];
+        next[a] = std::clamp(moved(axes_[a], next[a], delta(k)), axes_[a].lower, axes_[a].upper);
       }
     }
     return out;
@@ -299,7 +297,7 @@ class ProjectedDescent {
 
   /// Dampings that a step has a choice of: all where so few segments leave lanes idle, two where they fill them.
   std::size_t fan() const {
-    const std::size_t lanes = static_cast<std::size_t>(problem_.simulator().lanes());
+    const std::size_t lanes = problem_.simulator().lanes();
     if (lanes == 1) return 1;
     return segments_.size() < lanes ? kDampings : 2;
   }
@@ -377,17 +375,17 @@ Eigen::VectorXd column_scales(const Eigen::MatrixXd& normal) {
 }
 
 Eigen::VectorXd least_curvatures(std::span<const Axis> axes) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(axes.size()));
+  Eigen::VectorXd out(axes.size());
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const double range = axes[a].upper - axes[a].lower;
-    out(static_cast<Eigen::Index>(a)) = range > 0.0 ? std::pow(kFlat / range, 2) : 0.0;
+    out(a) = range > 0.0 ? std::pow(kFlat / range, 2) : 0.0;
   }
   return out;
 }
 
 Eigen::VectorXd prior_information(std::span<const Axis> axes) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(axes.size()));
-  for (std::size_t a = 0; a < axes.size(); ++a) out(static_cast<Eigen::Index>(a)) = std::pow(axes[a].prior, -2);
+  Eigen::VectorXd out(axes.size());
+  for (std::size_t a = 0; a < axes.size(); ++a) out(a) = std::pow(axes[a].prior, -2);
   return out;
 }
 
@@ -484,8 +482,7 @@ Eigen::MatrixXd posterior(const Eigen::MatrixXd& scaled, const Eigen::VectorXd& 
 Identifiability identifiability(const SearchSpace& space, const std::vector<double>& point,
                                 const Eigen::MatrixXd& jacobian, double variance, double samples_share) {
   Eigen::VectorXd sizes(jacobian.cols());
-  for (std::size_t a = 0; a < space.size(); ++a)
-    sizes(static_cast<Eigen::Index>(a)) = coordinate_size(space.axes()[a], point[a]);
+  for (std::size_t a = 0; a < space.size(); ++a) sizes(a) = coordinate_size(space.axes()[a], point[a]);
   return identifiability(sizes, jacobian, variance, samples_share, prior_information(space.axes()));
 }
 

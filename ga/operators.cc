@@ -72,7 +72,7 @@ Gene segment_mask(int from, int to) {
 void exchange_segment(Coding coding, int from, int to, Chromosome& a, Chromosome& b) {
   const int width = coding == Coding::mvbs ? bits_per_gene : 1;
   for (int gene = from / width; gene * width < to; ++gene) {
-    const auto i = static_cast<std::size_t>(gene);
+    const std::size_t i = gene;
     if (coding == Coding::integer) {
       std::swap(a[i], b[i]);
     } else {

@@ -67,13 +67,13 @@ Groups moved_together(const PlantModel& model, const SearchSpace& space, const P
   std::vector<std::vector<std::size_t>> alone;
   std::map<int, std::size_t> next;  // [region]: the first simulation that moves nothing in it
   for (std::size_t a = 0; a < space.size(); ++a) {
-    const auto parameter = static_cast<std::size_t>(space.axes()[a].parameter);
+    const std::size_t parameter = space.axes()[a].parameter;
     const int joint = model.parameters()[parameter].joint;
     if (joint < 0 || (by_joint ? !stays[parameter] : space.dependent() >= 0)) {
       alone.push_back({a});
       continue;
     }
-    std::size_t& k = next[out.region[static_cast<std::size_t>(joint)]];
+    std::size_t& k = next[out.region[joint]];
     if (k >= out.together.size()) out.together.resize(k + 1);
     out.together[k++].push_back(a);
   }
@@ -110,7 +110,7 @@ bool is_leading(const Experiment& experiment, std::size_t c) {
 double spread_of(const Experiment& experiment, std::size_t channel) {
   double n = 0.0, sum = 0.0, squares = 0.0;
   for (const int s : experiment.with_role(Role::train)) {
-    for (const double x : experiment.segments[static_cast<std::size_t>(s)].measured[channel])
+    for (const double x : experiment.segments[s].measured[channel])
       if (std::isfinite(x)) n += 1.0, sum += x, squares += x * x;
   }
   return n > 0.0 ? std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))) : 0.0;
@@ -120,7 +120,7 @@ std::vector<double> first_weights(const PlantModel&, const Experiment& experimen
   std::vector<double> out;
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
     const Channel& channel = experiment.channels[c];
-    const std::size_t j = static_cast<std::size_t>(channel.joint);
+    const std::size_t j = channel.joint;
     const bool pressure = channel.kind == ChannelKind::pressure_a || channel.kind == ChannelKind::pressure_b;
     double weight = channel.noise;
     if (!(weight > 0.0)) {
@@ -155,7 +155,7 @@ void Problem::whiten_starts() {
     const std::vector<ResidualBlock> blocks = layout(one);
     Eigen::VectorXd rows(blocks.back().first + blocks.back().count);
     for (const ResidualBlock& block : blocks)
-      rows.segment(block.first, block.count).setConstant(weights_[static_cast<std::size_t>(block.channel)]);
+      rows.segment(block.first, block.count).setConstant(weights_[block.channel]);
     starts_[s] = StartWhitening(effects->columns, std::move(rows));
   }
 }
@@ -164,7 +164,7 @@ std::vector<ResidualBlock> Problem::layout(std::span<const int> segments) const 
   std::vector<ResidualBlock> out;
   Eigen::Index row = 0;
   for (const int s : segments) {
-    const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment_.segments[s];
     for (std::size_t c = 0; c < weights_.size(); ++c) {
       const auto& column = segment.measured[c];
       const Eigen::Index count = std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
@@ -191,11 +191,11 @@ std::vector<Eigen::VectorXd> Problem::plain_residuals_of(std::span<const std::ve
   const Eigen::Index rows = blocks.empty() ? 0 : blocks.back().first + blocks.back().count;
   std::vector<Eigen::VectorXd> out(values.size(), Eigen::VectorXd(rows));
   const auto write = [&](int individual, int s, const auto& predicted) {
-    const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
-    Eigen::VectorXd& r = out[static_cast<std::size_t>(individual)];
+    const Segment& segment = experiment_.segments[s];
+    Eigen::VectorXd& r = out[individual];
     for (const ResidualBlock& block : blocks) {
       if (block.segment != s) continue;
-      const std::size_t c = static_cast<std::size_t>(block.channel);
+      const std::size_t c = block.channel;
       Eigen::Index row = block.first;
       for (std::size_t k = 0; k < predicted[c].size(); ++k) {
         const double measured = segment.measured[c][k];
@@ -209,8 +209,7 @@ std::vector<Eigen::VectorXd> Problem::plain_residuals_of(std::span<const std::ve
     const auto first = std::find_if(blocks.begin(), blocks.end(), of);
     const auto last = std::find_if_not(first, blocks.end(), of);
     const Eigen::Index count = std::prev(last)->first + std::prev(last)->count - first->first;
-    return std::as_writable_bytes(
-        std::span(out[static_cast<std::size_t>(individual)].data() + first->first, static_cast<std::size_t>(count)));
+    return std::as_writable_bytes(std::span(out[individual].data() + first->first, static_cast<std::size_t>(count)));
   };
   simulator_->run(values, segments, write, rows_of);
   return out;
@@ -271,14 +270,14 @@ Eigen::MatrixXd Problem::differences(const std::vector<double>& point, const Eig
     for (const std::size_t a : together[k]) points[k][a] += difference_step(space_.axes()[a], point[a]);
   const std::vector<Eigen::VectorXd> moved = residuals(points, segments);
   const std::vector<ResidualBlock> blocks = layout(segments);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), static_cast<Eigen::Index>(space_.size()));
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size(), space_.size());
   for (std::size_t k = 0; k < together.size(); ++k) {
     for (const std::size_t a : together[k]) {
-      const int joint = model_.parameters()[static_cast<std::size_t>(space_.axes()[a].parameter)].joint;
-      auto column = J.col(static_cast<Eigen::Index>(a));
+      const int joint = model_.parameters()[space_.axes()[a].parameter].joint;
+      auto column = J.col(a);
       for (const ResidualBlock& block : blocks) {
-        const auto of = static_cast<std::size_t>(experiment_.channels[static_cast<std::size_t>(block.channel)].joint);
-        if (together[k].size() > 1 && region[of] != region[static_cast<std::size_t>(joint)]) continue;
+        const std::size_t of = experiment_.channels[block.channel].joint;
+        if (together[k].size() > 1 && region[of] != region[joint]) continue;
         column.segment(block.first, block.count) =
             (moved[k] - at).segment(block.first, block.count) / (points[k][a] - point[a]);
       }
@@ -297,7 +296,7 @@ Eigen::VectorXd Problem::residual_change(std::span<const int> segments,
     const Eigen::VectorXd changed = change(s, c);
     Eigen::Index row = block.first;
     for (std::size_t k = 0; k < measured.size(); ++k)
-      if (std::isfinite(measured[k])) out(row++) = changed(static_cast<Eigen::Index>(k)) / weights_[c];
+      if (std::isfinite(measured[k])) out(row++) = changed(k) / weights_[c];
   }
   if (starts_.empty()) return out;
   for (const SegmentRows& rows : rows_of_segments(blocks))
@@ -312,7 +311,7 @@ Eigen::MatrixXd Problem::reweighed(Eigen::MatrixXd rows, const Problem& before, 
       auto part = rows.col(column).segment(segment.first, segment.count);
       if (!before.starts_.empty()) before.starts_[segment.segment].undo(part);
       for (const ResidualBlock& b : segment.blocks) {
-        const std::size_t c = static_cast<std::size_t>(b.channel);
+        const std::size_t c = b.channel;
         part.segment(b.first - segment.first, b.count) *= before.weights_[c] / weights_[c];
       }
       if (!starts_.empty()) starts_[segment.segment].apply(part);
@@ -328,12 +327,10 @@ void Problem::costs(std::span<const std::vector<double>> points, std::span<doubl
   // One accumulator for each individual and segment, merged in a fixed order: the same bits for any number of threads.
   std::vector<std::vector<NormAccumulator>> sums(points.size(), std::vector<NormAccumulator>(segments.size()));
   std::vector<std::size_t> place(experiment_.segments.size(), 0);
-  for (std::size_t k = 0; k < segments.size(); ++k) place[static_cast<std::size_t>(segments[k])] = k;
-  const auto sum_of = [&](int individual, int s) -> NormAccumulator& {
-    return sums[static_cast<std::size_t>(individual)][place[static_cast<std::size_t>(s)]];
-  };
+  for (std::size_t k = 0; k < segments.size(); ++k) place[segments[k]] = k;
+  const auto sum_of = [&](int individual, int s) -> NormAccumulator& { return sums[individual][place[s]]; };
   const auto accumulate = [&](int individual, int s, const auto& predicted) {
-    const Segment& segment = experiment_.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment_.segments[s];
     NormAccumulator& sum = sum_of(individual, s);
     for (std::size_t c = 0; c < predicted.size(); ++c) {
       for (std::size_t k = 0; k < predicted[c].size(); ++k) {

@@ -25,10 +25,9 @@ std::vector<int> time_blocks(std::span<const ResidualBlock> blocks, double corre
   for (auto& [segment, count] : first) total += std::exchange(count, total);
   const auto wanted = static_cast<Eigen::Index>(std::ceil(kBlockMemories * correlation));
   const Eigen::Index length = std::max({Eigen::Index{1}, total / kMostBlocks, std::min(wanted, total / kLeastBlocks)});
-  std::vector<int> out(static_cast<std::size_t>(rows), 0);
+  std::vector<int> out(rows, 0);
   for (const ResidualBlock& b : blocks) {
-    for (Eigen::Index k = 0; k < b.count; ++k)
-      out[static_cast<std::size_t>(b.first + k)] = static_cast<int>((first[b.segment] + k) / length);
+    for (Eigen::Index k = 0; k < b.count; ++k) out[b.first + k] = static_cast<int>((first[b.segment] + k) / length);
   }
   return out;
 }

@@ -22,7 +22,7 @@ constexpr double kDeviationsInRange = 4.0;
 double prior_of(double range) { return range > 0.0 && std::isfinite(range) ? range / kDeviationsInRange : HUGE_VAL; }
 
 Axis axis_for(const PlantModel& model, const IdentifySpec& spec, int index, Coordinates coordinates) {
-  const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+  const Parameter& p = model.parameters()[index];
   if (spec.relative && p.value == 0.0) {
     throw InputError(spec.where, p.name + " = 0 with relative bounds",
                      "absolute bounds [min, max] for a start value of 0");
@@ -89,12 +89,12 @@ SearchSpace::SearchSpace(const PlantModel& model, const Scenario& scenario, Coor
           "a parameter's kind (gain, mass, ...) or full name (joint.gain, link.mass, joint.effect.parameter)");
     }
     for (const int index : found) {
-      const ParameterInfo* info = model.parameters()[static_cast<std::size_t>(index)].info;
+      const ParameterInfo* info = model.parameters()[index].info;
       if (info != nullptr && info->structural)
         throw InputError(spec.where, quoted(spec.name),
                          "a number that can be searched, not one that says what a law is made of");
       if (info != nullptr && info->fills && scenario.pressure_driven)
-        throw InputError(spec.where, quoted(model.parameters()[static_cast<std::size_t>(index)].name),
+        throw InputError(spec.where, quoted(model.parameters()[index].name),
                          "an area or a length of the linkage: measured pressures drive this joint, and what fills its "
                          "chambers does nothing");
       const Axis axis = axis_for(model, spec, index, coordinates);
@@ -117,7 +117,7 @@ void SearchSpace::constrain_total_mass(const PlantModel& model, const Scenario& 
     if (is_mass(model.parameters()[i])) known += model.parameters()[i].value;
   }
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    if (!is_mass(model.parameters()[static_cast<std::size_t>(axes_[a].parameter)])) continue;
+    if (!is_mass(model.parameters()[axes_[a].parameter])) continue;
     const Axis& axis = axes_[a];
     masses.push_back(
         {axis.parameter, static_cast<int>(a), axis.value(axis.start), axis.value(axis.lower), axis.value(axis.upper)});
@@ -141,14 +141,14 @@ void SearchSpace::constrain_total_mass(const PlantModel& model, const Scenario& 
   dependent_upper_ = axes_[heaviest].upper;
   axes_.erase(axes_.begin() + static_cast<std::ptrdiff_t>(heaviest));
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    if (is_mass(model.parameters()[static_cast<std::size_t>(axes_[a].parameter)])) mass_axes_.push_back(a);
+    if (is_mass(model.parameters()[axes_[a].parameter])) mass_axes_.push_back(a);
   }
 }
 
 void SearchSpace::share_total_mass(std::vector<SharedMass> masses, std::size_t heaviest) {
   const Axis reference = axes_[heaviest];
   for (SharedMass& mass : masses) {
-    const std::size_t a = static_cast<std::size_t>(mass.axis);
+    const std::size_t a = mass.axis;
     mass.axis = a == heaviest ? -1 : mass.axis - (a > heaviest ? 1 : 0);
     if (a == heaviest) continue;
     // Of the ratio of two masses: both their ranges.
@@ -162,7 +162,7 @@ void SearchSpace::share_total_mass(std::vector<SharedMass> masses, std::size_t h
 }
 
 void SearchSpace::add(const PlantModel& model, const Axis& axis) {
-  const Parameter& p = model.parameters()[static_cast<std::size_t>(axis.parameter)];
+  const Parameter& p = model.parameters()[axis.parameter];
   Axis cut = axis;
   const double a = to_search(axis.coordinate, p.lower), b = to_search(axis.coordinate, p.upper);
   cut.lower = std::max(cut.lower, std::min(a, b));
@@ -193,7 +193,7 @@ Box SearchSpace::box(const PlantModel& model) const {
   for (const Axis& axis : axes_) {
     box.lower.push_back(axis.lower);
     box.upper.push_back(axis.upper);
-    box.names.push_back(model.parameters()[static_cast<std::size_t>(axis.parameter)].name);
+    box.names.push_back(model.parameters()[axis.parameter].name);
   }
   return box;
 }
@@ -209,7 +209,7 @@ std::vector<double> SearchSpace::expand(std::span<const double> point) const {
     throw std::logic_error(fmt::format("SearchSpace::expand: {} coordinates for {} axes", point.size(), axes_.size()));
   std::vector<double> values = base_;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    values[static_cast<std::size_t>(axes_[a].parameter)] = axes_[a].value(point[a]);
+    values[axes_[a].parameter] = axes_[a].value(point[a]);
   }
   for (const auto& [higher, lower] : orders_) values[higher] = std::max(values[higher], values[lower]);
   if (!shared_.empty()) expand_masses(point, values);
@@ -217,10 +217,10 @@ std::vector<double> SearchSpace::expand(std::span<const double> point) const {
   double others = 0.0;
   for (const std::size_t a : mass_axes_) others += point[a];
   const double rest = std::clamp(free_mass_ - others, dependent_lower_, dependent_upper_);
-  values[static_cast<std::size_t>(dependent_)] = rest;
+  values[dependent_] = rest;
   if (rest != free_mass_ - others) {
     const double factor = (free_mass_ - rest) / others;
-    for (const std::size_t a : mass_axes_) values[static_cast<std::size_t>(axes_[a].parameter)] = factor * point[a];
+    for (const std::size_t a : mass_axes_) values[axes_[a].parameter] = factor * point[a];
   }
   return values;
 }
@@ -238,20 +238,19 @@ void SearchSpace::note_orders(const PlantModel& model) {
 void SearchSpace::expand_masses(std::span<const double> point, std::vector<double>& values) const {
   std::vector<double> weights;
   for (const SharedMass& mass : shared_)
-    weights.push_back(mass.axis < 0 ? mass.start : mass.start * std::exp(point[static_cast<std::size_t>(mass.axis)]));
+    weights.push_back(mass.axis < 0 ? mass.start : mass.start * std::exp(point[mass.axis]));
   const std::vector<double> kilograms = share_out(free_mass_, weights, shared_);
-  for (std::size_t i = 0; i < shared_.size(); ++i)
-    values[static_cast<std::size_t>(shared_[i].parameter)] = kilograms[i];
+  for (std::size_t i = 0; i < shared_.size(); ++i) values[shared_[i].parameter] = kilograms[i];
 }
 
 std::vector<double> SearchSpace::contract(std::span<const double> values) const {
   std::vector<double> point;
-  for (const Axis& axis : axes_) point.push_back(axis.at(values[static_cast<std::size_t>(axis.parameter)]));
+  for (const Axis& axis : axes_) point.push_back(axis.at(values[axis.parameter]));
   double reference = 0.0;
   for (const SharedMass& mass : shared_)
-    if (mass.axis < 0) reference = std::log(values[static_cast<std::size_t>(mass.parameter)] / mass.start);
+    if (mass.axis < 0) reference = std::log(values[mass.parameter] / mass.start);
   for (const SharedMass& mass : shared_)
-    if (mass.axis >= 0) point[static_cast<std::size_t>(mass.axis)] -= reference;
+    if (mass.axis >= 0) point[mass.axis] -= reference;
   for (std::size_t a = 0; a < axes_.size(); ++a) point[a] = std::clamp(point[a], axes_[a].lower, axes_[a].upper);
   return point;
 }
@@ -263,7 +262,7 @@ double stretched_length(const Robot& robot) {
   std::vector<double> way;
   double longest = 0.0;
   for (const Joint& joint : robot.joints()) {
-    const double before = joint.parent < 0 ? 0.0 : way[static_cast<std::size_t>(joint.parent)];
+    const double before = joint.parent < 0 ? 0.0 : way[joint.parent];
     way.push_back(before + joint.origin.translation().norm());
     longest = std::max(longest, way.back());
   }
@@ -273,15 +272,14 @@ double stretched_length(const Robot& robot) {
 
 /// kg m^2 (kg for a slide): what moves with joint j, all joints at zero, about its axis.
 double inertia_beyond(const Robot& robot, int j) {
-  const Joint& joint = robot.joints()[static_cast<std::size_t>(j)];
+  const Joint& joint = robot.joints()[j];
   std::vector<std::optional<Eigen::Isometry3d>> pose(robot.joints().size());  // of bodies beyond, in the joint's frame
-  pose[static_cast<std::size_t>(j)] = Eigen::Isometry3d::Identity();
+  pose[j] = Eigen::Isometry3d::Identity();
   double sum = 0.0;
   for (int i = j; i < robot.dof(); ++i) {
-    const Joint& own = robot.joints()[static_cast<std::size_t>(i)];
-    auto& at = pose[static_cast<std::size_t>(i)];
-    if (i > j && own.parent >= 0 && pose[static_cast<std::size_t>(own.parent)])
-      at = *pose[static_cast<std::size_t>(own.parent)] * own.origin;
+    const Joint& own = robot.joints()[i];
+    auto& at = pose[i];
+    if (i > j && own.parent >= 0 && pose[own.parent]) at = *pose[own.parent] * own.origin;
     if (!at) continue;
     const Inertial body = robot.body_inertial(i);
     const Eigen::Vector3d lever = joint.axis.cross(*at * body.com);
@@ -299,13 +297,13 @@ namespace {
 /// its own: what its oil spring and damper bear where the usual flow is blocked at once, which is the speed times the
 /// damping and sqrt(stiffness inertia), the spring's impedance.
 double usual_effort(const PlantModel& model, const Experiment& experiment, int joint, std::span<const double> values) {
-  const auto j = static_cast<std::size_t>(joint);
+  const std::size_t j = joint;
   const Component& actuator = model.actuators()[j];
   if (actuator.type < 0) return experiment.command_rms[j];
-  const Hooks<double>& hooks = Actuators::hooks<double>()[static_cast<std::size_t>(actuator.type)];
-  const double* p = &values[static_cast<std::size_t>(actuator.first)];
+  const Hooks<double>& hooks = Actuators::hooks<double>()[actuator.type];
+  const double* p = &values[actuator.first];
   if (hooks.strength != nullptr) return std::fabs(hooks.strength(p)) * experiment.command_rms[j];
-  const ActuatorRoles& roles = actuator_table()[static_cast<std::size_t>(actuator.type)].roles;
+  const ActuatorRoles& roles = actuator_table()[actuator.type].roles;
   const auto role = [&](int at, double otherwise) { return at < 0 ? otherwise : std::fabs(p[at]); };
   const double given = role(roles.gain, 1.0) * experiment.command_rms[j];
   if (hooks.flow == nullptr) return given;
@@ -322,7 +320,7 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   double command = 0.0, effort = 0.0, position = 0.0, velocity = 0.0, inertia = 0.0;
   for (int i = 0; i < model.dof(); ++i) {
     if (joint >= 0 && i != joint) continue;
-    const std::size_t j = static_cast<std::size_t>(i);
+    const std::size_t j = i;
     command += experiment.command_rms[j];
     effort += experiment.effort_rms[j] > 0.0 ? experiment.effort_rms[j] : usual_effort(model, experiment, i, values);
     position = std::hypot(position, experiment.position_rms[j]);
@@ -358,7 +356,7 @@ double driven_inertia(const PlantModel& model, const Experiment& experiment, int
 }
 
 double typical_origin(Scale scale, const Experiment& experiment, int joint) {
-  return scale == Scale::reach && joint >= 0 ? experiment.position_middle[static_cast<std::size_t>(joint)] : 0.0;
+  return scale == Scale::reach && joint >= 0 ? experiment.position_middle[joint] : 0.0;
 }
 
 }  // namespace lacuna

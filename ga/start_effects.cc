@@ -24,13 +24,12 @@ Predictions predict(const PlantModel& model, const Experiment& experiment, const
   Predictions out(segments.size());
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
   make_simulator(model, experiment, options)->run(one, segments, [&](int, int s, const auto& predicted) {
-    const Segment& segment = experiment.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = experiment.segments[s];
     std::vector<double> rows;
     for (std::size_t c = 0; c < predicted.size(); ++c)
       for (std::size_t k = 0; k < predicted[c].size(); ++k)
         if (std::isfinite(segment.measured[c][k])) rows.push_back(predicted[c][k]);
-    out[static_cast<std::size_t>(s)] =
-        Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
+    out[s] = Eigen::Map<const Eigen::VectorXd>(rows.data(), rows.size());
   });
   return out;
 }
@@ -41,7 +40,7 @@ Eigen::VectorXd row_noise(const Experiment& experiment, const Segment& segment) 
   for (std::size_t c = 0; c < experiment.channels.size(); ++c)
     for (const double x : segment.measured[c])
       if (std::isfinite(x)) rows.push_back(experiment.channels[c].noise);
-  return Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size()));
+  return Eigen::Map<const Eigen::VectorXd>(rows.data(), rows.size());
 }
 
 bool has_noisy_pressure(const Experiment& experiment, std::size_t j, std::size_t which) {
@@ -111,9 +110,8 @@ bool attach_start_effects(Experiment& experiment, const PlantModel& model, const
   for (std::size_t s = 0; s < columns.size(); ++s) {
     if (columns[s].empty()) continue;
     auto effects = std::make_shared<StartEffects>();
-    effects->columns.resize(plain[s].size(), static_cast<Eigen::Index>(columns[s].size()));
-    for (std::size_t k = 0; k < columns[s].size(); ++k)
-      effects->columns.col(static_cast<Eigen::Index>(k)) = columns[s][k];
+    effects->columns.resize(plain[s].size(), columns[s].size());
+    for (std::size_t k = 0; k < columns[s].size(); ++k) effects->columns.col(k) = columns[s][k];
     experiment.segments[s].start_effects = std::move(effects);
     any = true;
   }

@@ -30,26 +30,24 @@ int find_actuator(const std::string& name) { return find_in(actuator_table(), na
 int find_effect(const std::string& name) { return find_in(effect_table(), name); }
 bool of_whole_arm(const std::string& effect) {
   const int index = find_effect(effect);
-  return index >= 0 && effect_table()[static_cast<std::size_t>(index)].where == Where::arm;
+  return index >= 0 && effect_table()[index].where == Where::arm;
 }
 
-bool integrates_flow(int actuator) {
-  return actuator >= 0 && Actuators::hooks<double>()[static_cast<std::size_t>(actuator)].flow != nullptr;
-}
+bool integrates_flow(int actuator) { return actuator >= 0 && Actuators::hooks<double>()[actuator].flow != nullptr; }
 bool lets_flow(int actuator) {
-  return integrates_flow(actuator) || (actuator >= 0 && actuator_table()[static_cast<std::size_t>(actuator)].chambers);
+  return integrates_flow(actuator) || (actuator >= 0 && actuator_table()[actuator].chambers);
 }
 bool needs_flow(int effect) {
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect)];
+  const Hooks<double>& hooks = Effects::hooks<double>()[effect];
   return hooks.taken != nullptr && hooks.effort == nullptr;
 }
 bool suits(int effect, int actuator) {
   if (!needs_flow(effect) || integrates_flow(actuator)) return true;
-  const bool chambers = Effects::hooks<double>()[static_cast<std::size_t>(effect)].chambers != nullptr;
-  return chambers && actuator >= 0 && actuator_table()[static_cast<std::size_t>(actuator)].chambers;
+  const bool chambers = Effects::hooks<double>()[effect].chambers != nullptr;
+  return chambers && actuator >= 0 && actuator_table()[actuator].chambers;
 }
 bool acts_by_a_law(int effect) {
-  const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect)];
+  const Hooks<double>& hooks = Effects::hooks<double>()[effect];
   return hooks.command != nullptr || hooks.effort != nullptr || hooks.dry_friction != nullptr;
 }
 

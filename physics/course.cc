@@ -79,7 +79,7 @@ Recording as_recording(const Scenario& scenario, const CommandTrack& commands) {
   out.names = {scenario.channels.time};
   out.columns = {commands.time};
   for (const auto& [joint, column] : scenario.channels.of.at(ChannelKind::command)) {
-    std::vector<double> values = commands.value[static_cast<std::size_t>(*scenario.robot->find_joint(joint))];
+    std::vector<double> values = commands.value[*scenario.robot->find_joint(joint)];
     for (double& u : values) u = (u - column.offset) / column.scale;
     out.names.push_back(column.column);
     out.columns.push_back(std::move(values));
@@ -120,7 +120,7 @@ MotionLimits recorded_limits(const Robot& robot, const Experiment& seen) {
 
 Experiment commanded(const Experiment& like, const CommandTrack& commands, std::span<const double> start) {
   Experiment out = like;
-  Segment segment = out.segments[static_cast<std::size_t>(out.with_role(Role::train).front())];
+  Segment segment = out.segments[out.with_role(Role::train).front()];
   segment.commands = std::make_shared<const CommandTrack>(commands);
   segment.first = 0;
   segment.count = commands.time.size();
@@ -146,7 +146,7 @@ SeenMotion seen_motion(const Experiment& experiment, const Segment& segment,
   };
   for (std::size_t c = 0; c < predicted.size(); ++c) {
     if (experiment.channels[c].kind != ChannelKind::position) continue;
-    const std::size_t j = static_cast<std::size_t>(experiment.channels[c].joint);
+    const std::size_t j = experiment.channels[c].joint;
     const std::vector<double>& signal = predicted[c];
     double low = HUGE_VAL, high = -HUGE_VAL, fastest = 0.0;
     for (std::size_t k = 0; k < signal.size(); ++k) {

@@ -28,7 +28,7 @@ double course_until(const Event& event, double time) {
 
 void push(Segment& segment, const Event& event) {
   const auto pushes = copy_of(segment.pushes, segment.q0.size(), segment.count - 1);
-  std::vector<double>& efforts = (*pushes)[static_cast<std::size_t>(event.joint)];
+  std::vector<double>& efforts = (*pushes)[event.joint];
   const std::vector<double> shares = mean_of_intervals(segment, event);
   for (std::size_t k = 0; k < efforts.size(); ++k) efforts[k] += event.value * shares[k];
   segment.pushes = pushes;
@@ -36,14 +36,14 @@ void push(Segment& segment, const Event& event) {
 
 void command(Segment& segment, const Event& event) {
   const auto track = std::make_shared<CommandTrack>(*segment.commands);
-  std::vector<double>& u = track->value[static_cast<std::size_t>(event.joint)];
+  std::vector<double>& u = track->value[event.joint];
   for (std::size_t k = 0; k < u.size(); ++k)
     if (track->time[k] >= event.begin && track->time[k] < event.end) u[k] = event.value;
   segment.commands = track;
 }
 
 void slip(Segment& segment, const Event& event) {
-  const auto joint = static_cast<std::size_t>(event.joint);
+  const std::size_t joint = event.joint;
   const auto slips = copy_of(segment.slips, segment.q0.size(), segment.count);
   const std::vector<double> shares = value_at_samples(segment, event);
   for (std::size_t k = 0; k < segment.count; ++k) (*slips)[joint][k] += event.value * shares[k];
@@ -117,7 +117,7 @@ void add_events(const Scenario& scenario, Experiment& experiment) {
 
 EventSpec spec_of(const Event& event, const Segment& segment, const Experiment& experiment) {
   const double clock = segment.commands->begin;
-  return {event.kind,        experiment.joint_names[static_cast<std::size_t>(event.joint)],
+  return {event.kind,        experiment.joint_names[event.joint],
           segment.file,      clock + event.begin,
           clock + event.end, event.value,
           event.rise,        "learned"};

@@ -62,10 +62,10 @@ class RankExecutor final : public Executor {
     } catch (...) {
       failure = std::current_exception();
     }
-    std::vector<std::size_t> bytes(static_cast<std::size_t>(size), 0);
+    std::vector<std::size_t> bytes(size, 0);
     each_place(pieces, results, [&](std::size_t owner, std::span<std::byte> place) { bytes[owner] += place.size(); });
     std::vector<std::byte> mine;
-    mine.reserve(bytes[static_cast<std::size_t>(rank)]);
+    mine.reserve(bytes[rank]);
     each_place(pieces, results, [&](std::size_t owner, std::span<std::byte> place) {
       if (owner == static_cast<std::size_t>(rank)) mine.insert(mine.end(), place.begin(), place.end());
     });

@@ -26,7 +26,7 @@ constexpr std::size_t kFewestSamples = 10;
 constexpr double kRefusedByChance = 0.01;
 
 const std::vector<double>& column_of(const Recording& data, const std::string& name) {
-  return data.columns[static_cast<std::size_t>(data.find(name))];
+  return data.columns[data.find(name)];
 }
 
 std::vector<double> converted(const Recording& data, const ColumnSpec& spec, std::size_t from, std::size_t to) {
@@ -57,8 +57,8 @@ std::pair<std::size_t, std::size_t> rows_of(const Scenario& scenario, const Reco
   const std::vector<double>& time = column_of(*spec.data, scenario.channels.time);
   const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL));
   const auto last = std::upper_bound(first, time.end(), spec.to.value_or(HUGE_VAL));
-  const std::size_t from = static_cast<std::size_t>(first - time.begin());
-  const std::size_t to = static_cast<std::size_t>(last - time.begin());
+  const std::size_t from = first - time.begin();
+  const std::size_t to = last - time.begin();
   if (to - from < kFewestSamples) {
     throw InputError(spec.where, fmt::format("{} samples of {} in the time range", to - from, quoted(spec.file)),
                      fmt::format("at least {}", kFewestSamples));
@@ -73,9 +73,7 @@ struct Cut {
   double session = 0.0;                                             ///< s, of the track's start
   std::shared_ptr<const PressureTrack> pressures = {};              ///< where they drive joints
 
-  const std::vector<double>& signal(ChannelKind kind, int joint) const {
-    return signals.at(kind)[static_cast<std::size_t>(joint)];
-  }
+  const std::vector<double>& signal(ChannelKind kind, int joint) const { return signals.at(kind)[joint]; }
 };
 
 Cut cut(const Scenario& scenario, const RecordingSpec& spec, double session_offset) {
@@ -119,7 +117,7 @@ void drive_by_pressures(const Scenario& scenario, const RecordingSpec& spec, Cut
 void set_stated_noise(const Scenario& scenario, Channel& channel) {
   const auto stated = scenario.noise.find(channel.kind);
   if (stated == scenario.noise.end()) return;
-  const auto of = stated->second.find(scenario.robot->joints()[static_cast<std::size_t>(channel.joint)].name);
+  const auto of = stated->second.find(scenario.robot->joints()[channel.joint].name);
   if (of != stated->second.end()) channel.noise = of->second, channel.noise_stated = true;
 }
 
@@ -148,7 +146,7 @@ std::vector<Channel> make_channels(const Scenario& scenario) {
   std::vector<Channel> channels;
   for (const Quantity& quantity : quantity_table()) {
     for (int j = 0; j < scenario.robot->dof(); ++j) {
-      const Joint& joint = scenario.robot->joints()[static_cast<std::size_t>(j)];
+      const Joint& joint = scenario.robot->joints()[j];
       const std::vector<ChannelKind> kinds = compared_kinds(scenario, joint);
       if (std::find(kinds.begin(), kinds.end(), quantity.kind) == kinds.end()) continue;
       channels.push_back({quantity.kind, j, unit_of(scenario, quantity.kind, joint), std::nan(""), false});
@@ -212,14 +210,14 @@ std::vector<std::array<double, 2>> start_pressures(const Cut& piece, const std::
   for (const Channel& channel : channels) {
     if (quantity_of(channel.kind).predicted_by != PredictedBy::chambers) continue;
     const std::vector<double>& column = piece.signal(channel.kind, channel.joint);
-    out[static_cast<std::size_t>(channel.joint)][channel.kind == ChannelKind::pressure_b ? 1 : 0] = column[first];
+    out[channel.joint][channel.kind == ChannelKind::pressure_b ? 1 : 0] = column[first];
   }
   return out;
 }
 
 Segment make_segment(const Scenario& scenario, int index, const Cut& piece, const std::vector<Channel>& channels,
                      std::size_t first, std::size_t count) {
-  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
+  const RecordingSpec& spec = scenario.recordings[index];
   Segment segment{index, spec.role, spec.file, piece.track, first, count, {}, {}, {}, {}, {}, piece.session};
   for (const Channel& channel : channels) {
     const std::vector<double>& column = piece.signal(channel.kind, channel.joint);
@@ -231,8 +229,7 @@ Segment make_segment(const Scenario& scenario, int index, const Cut& piece, cons
     LocalState start;
     if (c >= 0) {
       const std::vector<double>& column = piece.signal(ChannelKind::position, j);
-      start =
-          local_state(piece.track->time, column, first, 0, column.size(), channels[static_cast<std::size_t>(c)].noise);
+      start = local_state(piece.track->time, column, first, 0, column.size(), channels[c].noise);
     }
     const int rate = find_channel(channels, ChannelKind::velocity, j);
     if (rate >= 0) {
@@ -293,10 +290,10 @@ std::shared_ptr<const CommandTrack> held_at(const CommandTrack& track, const std
 /// is, and thinned.
 Segment make_inverse_segment(const Scenario& scenario, int index, const std::vector<Cut>& cuts,
                              const std::vector<Channel>& channels) {
-  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
-  const Cut& piece = cuts[static_cast<std::size_t>(index)];
+  const RecordingSpec& spec = scenario.recordings[index];
+  const Cut& piece = cuts[index];
   const double cutoff = std::get<InverseDynamics>(scenario.prediction).cutoff_hz;
-  const std::size_t n = static_cast<std::size_t>(scenario.robot->dof());
+  const std::size_t n = scenario.robot->dof();
   Segment out{index, spec.role, spec.file, piece.track, 0, piece.track->time.size(), {}, {}, {}, {}, {}, piece.session};
   out.q0.assign(n, 0.0), out.v0 = out.q0_error = out.v0_error = out.q0;
   const double rate = static_cast<double>(out.count - 1) / (piece.track->time.back() - piece.track->time.front());
@@ -320,7 +317,7 @@ Segment make_inverse_segment(const Scenario& scenario, int index, const std::vec
                      fmt::format("at least {} half cycles of the cutoff", kFewestSamples));
   }
   for (const Channel& channel : channels) {
-    const std::size_t j = static_cast<std::size_t>(channel.joint);
+    const std::size_t j = channel.joint;
     std::vector<double> signal = channel.kind == ChannelKind::command
                                      ? out.commands->value[j]
                                      : resampled(is_even(piece.track->time) ? even : piece.track->time,
@@ -334,7 +331,7 @@ Segment make_inverse_segment(const Scenario& scenario, int index, const std::vec
 }
 
 void add_segments(const Scenario& scenario, int index, const std::vector<Cut>& cuts, Experiment& out) {
-  const Cut& piece = cuts[static_cast<std::size_t>(index)];
+  const Cut& piece = cuts[index];
   const std::vector<double>& time = piece.track->time;
   if (inverse(scenario)) {
     out.segments.push_back(make_inverse_segment(scenario, index, cuts, out.channels));
@@ -345,7 +342,7 @@ void add_segments(const Scenario& scenario, int index, const std::vector<Cut>& c
     out.segments.push_back(make_segment(scenario, index, piece, out.channels, 0, time.size()));
     return;
   }
-  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(index)];
+  const RecordingSpec& spec = scenario.recordings[index];
   if (time.back() < windows->horizon) {
     throw InputError(spec.where, fmt::format("{} s of {}", time.back(), quoted(spec.file)),
                      fmt::format("at least one horizon of {} s", windows->horizon));
@@ -392,13 +389,13 @@ void filter_noise(const Scenario& scenario, Experiment& out) {
 
 /// N m (N): the measured effort of joint j, or what the pressures that drive it give where it stands.
 std::vector<double> efforts_of(const Scenario& scenario, const Cut& piece, int j) {
-  const std::size_t at = static_cast<std::size_t>(j);
+  const std::size_t at = j;
   const std::vector<double>& position = piece.signal(ChannelKind::position, j);
   if (!piece.pressures || (*piece.pressures)[at].front().empty() || position.empty())
     return piece.signal(ChannelKind::effort, j);
   const ActuatorSpec& spec =
       *std::ranges::find(scenario.actuators, scenario.robot->joints()[at].name, &ActuatorSpec::joint);
-  const auto type = static_cast<std::size_t>(find_actuator(spec.model));
+  const std::size_t type = find_actuator(spec.model);
   std::vector<double> parameters, out;
   for (const ParameterInfo& p : actuator_table()[type].parameters) {
     const auto given = spec.parameters.find(p.name);
@@ -421,7 +418,7 @@ void measure_sizes(const Scenario& scenario, const std::vector<Cut>& cuts, Exper
     std::size_t n_u = 0, n_q = 0, n_v = 0, n_e = 0;
     for (std::size_t r = 0; r < cuts.size(); ++r) {
       if (scenario.recordings[r].role != Role::train) continue;
-      for (const double u : cuts[r].track->value[static_cast<std::size_t>(j)]) u2 += u * u, ++n_u;
+      for (const double u : cuts[r].track->value[j]) u2 += u * u, ++n_u;
       for (const double e : efforts_of(scenario, cuts[r], j))
         if (std::isfinite(e)) e2 += e * e, ++n_e;
       const std::vector<double>& q = cuts[r].signal(ChannelKind::position, j);
@@ -474,7 +471,7 @@ LocalFit fit_polynomial(const std::vector<double>& time, const std::vector<doubl
   Eigen::VectorXd y(n);
   const double span = std::max(time[used.back()] - time[used.front()], 1e-300);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t k = used[static_cast<std::size_t>(i)];
+    const std::size_t k = used[i];
     for (Eigen::Index p = 0; p < terms; ++p) basis(i, p) = std::pow((time[k] - time[at]) / span, p);
     y(i) = signal[k];
   }
@@ -534,7 +531,7 @@ std::vector<int> Experiment::with_role(Role role) const {
 std::size_t Experiment::sample_count(Role role) const {
   std::size_t n = 0;
   for (const int i : with_role(role)) {
-    for (const auto& column : segments[static_cast<std::size_t>(i)].measured) {
+    for (const auto& column : segments[i].measured) {
       n += static_cast<std::size_t>(
           std::count_if(column.begin(), column.end(), [](double x) { return std::isfinite(x); }));
     }
@@ -566,7 +563,7 @@ void set_motion(Segment& segment, RawMotion raw, double cutoff_hz) {
 bool has_chambers(const Scenario& scenario, const std::string& joint) {
   return std::ranges::any_of(scenario.actuators, [&](const ActuatorSpec& a) {
     const int type = find_actuator(a.model);
-    return a.joint == joint && type >= 0 && actuator_table()[static_cast<std::size_t>(type)].chambers;
+    return a.joint == joint && type >= 0 && actuator_table()[type].chambers;
   });
 }
 

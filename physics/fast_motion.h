@@ -115,7 +115,7 @@ class FastMotion {
     return stage_;
   }
   void pull(int joint) {
-    const std::size_t j = static_cast<std::size_t>(joint);
+    const std::size_t j = joint;
     if (std::ranges::find(pulled_, j) == pulled_.end()) pulled_.push_back(j);
   }
   /// N = k - L d.
@@ -130,11 +130,11 @@ class FastMotion {
     for (std::size_t j = 0; j < n_; ++j) out[j] = d[n_ + j];
     for (const std::size_t j : pulled_) effort_[j] = T(0.0);
     for (const Loss& loss : losses_) {
-      const std::size_t j = static_cast<std::size_t>(loss.joint);
+      const std::size_t j = loss.joint;
       effort_[j] = T(0.0) - loss.size * d[n_ + j];
     }
     for (const Spring& s : springs_) {
-      const std::size_t j = static_cast<std::size_t>(s.joint);
+      const std::size_t j = s.joint;
       const T speed = d[n_ + j], a = d[s.state], b = d[s.state + 1];
       effort_[j] = effort_[j] + s.part.effort[0] * a + s.part.effort[1] * b;
       out[s.state] = s.part.from_speed[0] * speed + s.part.among[0] * a + s.part.among[1] * b;
@@ -218,12 +218,12 @@ class FastMotion {
     T squares(0.0), fading(0.0), lost(0.0);
     for (const Loss& a : losses_) {
       for (const Loss& b : losses_) {
-        const T& w = effective_[static_cast<std::size_t>(a.joint) * n_ + static_cast<std::size_t>(b.joint)];
+        const T& w = effective_[static_cast<std::size_t>(a.joint) * n_ + b.joint];
         lost = lost + a.size * b.size * w * w;
       }
     }
     for (const Spring& s : springs_) {
-      const std::size_t j = static_cast<std::size_t>(s.joint);
+      const std::size_t j = s.joint;
       const FastPart<T>& p = s.part;
       squares = squares + abs(effective_[j * n_ + j] * (p.effort[0] * p.from_speed[0] + p.effort[1] * p.from_speed[1]));
       fading = max(fading, max(abs(p.among[0]) + abs(p.among[1]), abs(p.among[2]) + abs(p.among[3])));

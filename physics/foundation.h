@@ -27,7 +27,7 @@ class Foundation {
 
   /// `dynamics` is that of an arm of `joints`; with `sprung`, of the two under it as well.
   Foundation(Dyn dynamics, int joints, bool sprung)
-      : dynamics_(std::move(dynamics)), n_(static_cast<std::size_t>(joints)), under_(sprung ? kTilts : 0) {
+      : dynamics_(std::move(dynamics)), n_(joints), under_(sprung ? kTilts : 0) {
     for (std::vector<T>* w : {&q_, &v_, &tau_, &free_, &a_, &imbalance_}) w->assign(under_ + n_, T(0.0));
   }
 

@@ -33,7 +33,7 @@ T fixed_point(const Function& f) {
 /// The command in force at a sample, delays taken off; before the track's start its first value.
 template <class T, class Dyn>
 T delayed_command(const Plant<T, Dyn>& plant, const Segment& segment, int joint, std::size_t sample) {
-  const std::vector<double>& value = segment.commands->value[static_cast<std::size_t>(joint)];
+  const std::vector<double>& value = segment.commands->value[joint];
   if (!plant.delayed(joint)) return T(value[segment.first + sample]);
   const std::vector<double>& time = segment.commands->time;
   const T delay = plant.delay(joint);
@@ -53,7 +53,7 @@ class InverseDynamicsRun {
       : plant_(plant),
         segment_(segment),
         motion_(*segment.motion),
-        n_(static_cast<std::size_t>(plant.dof())),
+        n_(plant.dof()),
         fast_(n_, 2 * n_ + static_cast<std::size_t>(plant.states()) + 1) {
     for (std::vector<T>* each : {&q_, &v_, &a_, &u_, &tau_}) each->assign(n_, T(0.0));
     z_.assign(static_cast<std::size_t>(plant.states()) + 1, T(0.0));
@@ -78,8 +78,7 @@ class InverseDynamicsRun {
         whole[c][k] = needed;
         if (channels[c].kind == ChannelKind::command) given[c][k] = driven_effort(j);
         if (channels[c].kind == ChannelKind::effort) whole[c][k] = plant_.measured_effort(j, needed);
-        if (channels[c].kind == ChannelKind::motor_position)
-          whole[c][k] = q_[static_cast<std::size_t>(j)] + plant_.lead(j, needed);
+        if (channels[c].kind == ChannelKind::motor_position) whole[c][k] = q_[j] + plant_.lead(j, needed);
       }
     }
     filtered(channels, cutoff_hz, whole, given, out);
@@ -225,7 +224,7 @@ class InverseDynamicsRun {
     std::copy(z_.begin(), z_.end(), x.begin() + static_cast<std::ptrdiff_t>(z));
     rates(k, begin, x.data() + z, k1.data() + z);
     for (auto& spring : fast_.springs()) {
-      const std::size_t j = static_cast<std::size_t>(spring.joint);
+      const std::size_t j = spring.joint;
       spring.part = plant_.fast(spring.joint, on_the_way(k, begin), q_[j], v_[j], u_[j], z_.data(), m_.data());
     }
     fast_.set_free(std::vector<T>(n_, T(1.0)));
@@ -238,14 +237,14 @@ class InverseDynamicsRun {
   }
 
   T driven_effort(int j) {
-    const std::size_t i = static_cast<std::size_t>(j);
+    const std::size_t i = j;
     return plant_.driven_effort(j, now_, q_[i], v_[i], u_[i], z_.data(), m_.data());
   }
 
   /// What the drive must give joint j; `all_of_it`: with what its actuator gives by itself, where that is no loss
   /// behind the point at which efforts are measured.
   T needed_effort(int j, bool all_of_it) {
-    const std::size_t i = static_cast<std::size_t>(j);
+    const std::size_t i = j;
     const T direction(motion_.direction[i][sample_]);
     const auto behind = [&](const T& effort) {
       const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data(), effort);

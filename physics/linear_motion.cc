@@ -27,8 +27,7 @@ Eigen::MatrixXd LinearMotion::response(const Eigen::MatrixXd& efforts) const {
 
 std::vector<Eigen::MatrixXd> LinearMotion::responses_at(int joint, const Eigen::MatrixXd& efforts) const {
   const Eigen::Index rows = 2 * dof, many = efforts.rows();
-  std::vector<Eigen::MatrixXd> out(static_cast<std::size_t>(many),
-                                   Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(intervals()) + 1));
+  std::vector<Eigen::MatrixXd> out(many, Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(intervals()) + 1));
   if (intervals() == 0) return out;
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(A.front().rows(), many), next(x.rows(), many);
   for (std::size_t k = 0; k < intervals(); ++k) {
@@ -36,7 +35,7 @@ std::vector<Eigen::MatrixXd> LinearMotion::responses_at(int joint, const Eigen::
     next.noalias() = A[k] * x;
     next.noalias() += B[k].col(joint) * efforts.col(column).transpose();
     x.swap(next);
-    for (Eigen::Index i = 0; i < many; ++i) out[static_cast<std::size_t>(i)].col(column + 1) = x.col(i).head(rows);
+    for (Eigen::Index i = 0; i < many; ++i) out[i].col(column + 1) = x.col(i).head(rows);
   }
   return out;
 }

@@ -34,26 +34,26 @@ class Plant {
       : model_(&model),
         foundation_(std::move(dynamics), model.dof(), model.on_springs()),
         parameters_(model.parameters().size(), T(0.0)) {
-    const std::size_t n = static_cast<std::size_t>(model.dof());
+    const std::size_t n = model.dof();
     joints_.resize(n);
     for (const Component& c : model.actuators()) {
       if (c.type < 0) continue;
-      add(joints_[static_cast<std::size_t>(c.joint)].actuator, c, Actuators::hooks<T>());
+      add(joints_[c.joint].actuator, c, Actuators::hooks<T>());
     }
     // In the catalogue's order, however the scenario lists them. What acts on the whole arm acts on each of its joints.
     for (int type = 0; type < static_cast<int>(Effects::hooks<T>().size()); ++type) {
       for (const Component& c : model.effects()) {
         if (c.type != type) continue;
         for (int j = 0; j < model.dof(); ++j) {
-          if (c.joint < 0 || c.joint == j) add(joints_[static_cast<std::size_t>(j)].effects, c, Effects::hooks<T>());
+          if (c.joint < 0 || c.joint == j) add(joints_[j].effects, c, Effects::hooks<T>());
         }
       }
     }
     for (const Component& c : model.actuators()) {
-      if (c.type >= 0) assign_roles(joints_[static_cast<std::size_t>(c.joint)], c);
+      if (c.type >= 0) assign_roles(joints_[c.joint], c);
     }
     for (const Component& c : model.effects()) {
-      const Hooks<T>& hooks = Effects::hooks<T>()[static_cast<std::size_t>(c.type)];
+      const Hooks<T>& hooks = Effects::hooks<T>()[c.type];
       if (hooks.share != nullptr) asked_.resize(n), supply_ = {&hooks, static_cast<std::size_t>(c.first), 0, 0};
       if (hooks.base != nullptr) base_ = {&hooks, static_cast<std::size_t>(c.first), states_, memories_};
     }
@@ -74,16 +74,16 @@ class Plant {
     for (const JointParts& parts : joints_)
       for (const Bound& c : parts.effects) c.known = false;
     const std::vector<Inertial> inertials = model_->inertials(values);
-    for (int i = 0; i < dof(); ++i) foundation_.set_inertial(i, k, inertials[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < dof(); ++i) foundation_.set_inertial(i, k, inertials[i]);
     const std::vector<double> armatures = model_->armatures(values);
-    for (int i = 0; i < dof(); ++i) foundation_.set_armature(i, k, armatures[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < dof(); ++i) foundation_.set_armature(i, k, armatures[i]);
     foundation_.set_gravity(k, model_->gravity(values));
   }
 
   /// Changes one parameter while a motion lasts, until the next bind(): of a component whose efforts, commands or dry
   /// friction it enters. What bind() alone looks at (masses, armatures, chambers, gravity) stays.
   void vary(int parameter, const T& value) {
-    parameters_[static_cast<std::size_t>(parameter)] = value;
+    parameters_[parameter] = value;
     for (const JointParts& parts : joints_)
       for (const Bound& c : parts.effects) c.known = false;
   }
@@ -164,7 +164,7 @@ class Plant {
   void share(Instant<T>& now, const T* q, const T* v, const T* u, const T* m) {
     if (asked_.empty()) return;
     for (int j = 0; j < dof(); ++j) {
-      const std::size_t i = static_cast<std::size_t>(j);
+      const std::size_t i = j;
       JointView<T> s = view(joint(j), now, q[i], v[i], u[i]);
       pass_command(j, now, m, nullptr, s, true);
       asked_[i] = s.u;
@@ -250,13 +250,13 @@ class Plant {
   /// Memories at the start of a simulation with component states z; without these nothing is held by friction.
   void begin_memories(const Instant<T>& now, const T* q, const T* v, const T* u, const T* z, T* m) {
     if (memories() == 0) return;
-    std::vector<T> holding(static_cast<std::size_t>(dof()));
+    std::vector<T> holding(dof());
     foundation_.holding_efforts(q, z ? z + base_.state : nullptr, holding.data(), nullptr);
     for (int j = 0; j < dof(); ++j) {
       const JointParts& parts = joint(j);
       JointView<T> s = view(parts, now, q[j], v[j], u[j]);
       s.share = T(1.0);  // lags, which stand before what is shared, begin here
-      const T excess = z ? actuator_effort(parts, s, z, nullptr) - holding[static_cast<std::size_t>(j)] : T(0.0);
+      const T excess = z ? actuator_effort(parts, s, z, nullptr) - holding[j] : T(0.0);
       for (const Bound& c : parts.effects) {
         s.m = m + c.memory;
         if (c.hooks->begin != nullptr) c.hooks->begin(&parameters_[c.first], s, excess, m + c.memory);
@@ -314,10 +314,10 @@ class Plant {
     if (states_ == 0) return;
     if (base_.hooks != nullptr)
       foundation_.begin(base_.hooks->base(&parameters_[base_.first]), resolved_, q, z + base_.state);
-    std::vector<T> holding(static_cast<std::size_t>(dof()));
+    std::vector<T> holding(dof());
     foundation_.holding_efforts(q, z + base_.state, holding.data(), nullptr);
     for (int j = 0; j < dof(); ++j) {
-      const std::size_t i = static_cast<std::size_t>(j);
+      const std::size_t i = j;
       const JointParts& parts = joint(j);
       JointView<T> s = view(parts, {}, q[i], v[i], u[i]);
       auto start = [&](const Bound& c) {
@@ -356,7 +356,7 @@ class Plant {
   };
 
   void add(std::vector<Bound>& to, const Component& c, const std::vector<Hooks<T>>& table) {
-    const Hooks<T>& hooks = table[static_cast<std::size_t>(c.type)];
+    const Hooks<T>& hooks = table[c.type];
     to.push_back({&hooks, static_cast<std::size_t>(c.first), states_, memories_});
     states_ += hooks.states;
     memories_ += hooks.memories;
@@ -372,7 +372,7 @@ class Plant {
     for (std::size_t i = 0; i < own.size(); ++i) set_lane(parameters_[drive.first + i], k, own[i]);
   }
   static void assign_roles(JointParts& parts, const Component& actuator) {
-    const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(actuator.type)];
+    const ActuatorInfo& info = actuator_table()[actuator.type];
     parts.roles = info.roles;
     parts.chambers = info.chambers;
     parts.count = actuator.count;
@@ -380,11 +380,9 @@ class Plant {
       if (*role >= 0) *role += actuator.first;
     }
   }
-  T parameter_at(int index, double otherwise) const {
-    return index < 0 ? T(otherwise) : parameters_[static_cast<std::size_t>(index)];
-  }
+  T parameter_at(int index, double otherwise) const { return index < 0 ? T(otherwise) : parameters_[index]; }
 
-  const JointParts& joint(int j) const { return joints_[static_cast<std::size_t>(j)]; }
+  const JointParts& joint(int j) const { return joints_[j]; }
   template <class Test>
   bool any_effect(int j, const Test& test) const {
     return std::any_of(joint(j).effects.begin(), joint(j).effects.end(),
@@ -456,7 +454,7 @@ class Plant {
 
   T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now,
               const T& given = T(0.0), bool carried = true) {
-    JointParts& parts = joints_[static_cast<std::size_t>(j)];
+    JointParts& parts = joints_[j];
     T scratch[kMostMemories];
     T tau = actuator_effort(parts, s, z, z_rate);
     s.drive = tau;

@@ -110,8 +110,7 @@ std::vector<EffectParameter> effect_parameters(const EffectInfo& info, const Rob
   }
   for (const ParameterInfo& p : info.parameters) {
     if (!p.per_joint) continue;
-    for (int j = 0; j < robot.dof(); ++j)
-      out.push_back({p.name + ("_" + robot.joints()[static_cast<std::size_t>(j)].name), &p, j});
+    for (int j = 0; j < robot.dof(); ++j) out.push_back({p.name + ("_" + robot.joints()[j].name), &p, j});
   }
   return out;
 }
@@ -121,7 +120,7 @@ PlantModel::PlantModel(const Scenario& scenario)
       moving_robot_(robot_),
       gravity_(scenario.gravity),
       mass_parameter_(robot_->links().size(), -1),
-      actuators_(static_cast<std::size_t>(robot_->dof())) {
+      actuators_(robot_->dof()) {
   for (const Joint& joint : robot_->joints()) command_units_.push_back(lacuna::command_unit(scenario, joint.name));
   for (std::size_t i = 0; i < actuators_.size(); ++i) actuators_[i].joint = static_cast<int>(i);
   for (const ActuatorSpec& spec : scenario.actuators) add_actuator(spec);
@@ -146,13 +145,13 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
   if (type < 0) {
     throw InputError(spec.where, "model " + quoted(spec.model), "one of " + names_of_table(actuator_table()));
   }
-  const ActuatorInfo& info = actuator_table()[static_cast<std::size_t>(type)];
+  const ActuatorInfo& info = actuator_table()[type];
   const int joint = robot_->find_joint(spec.joint).value();
   std::vector<EffectParameter> parameters;
   for (const ParameterInfo& p : info.parameters) parameters.push_back({p.name, &p, joint});
   check_keys(spec.parameters, parameters, spec.where, spec.model);
-  const bool prismatic = robot_->joints()[static_cast<std::size_t>(joint)].prismatic();
-  Component& component = actuators_[static_cast<std::size_t>(joint)];
+  const bool prismatic = robot_->joints()[joint].prismatic();
+  Component& component = actuators_[joint];
   component = {type, joint, static_cast<int>(parameters_.size()), static_cast<int>(parameters.size()), {}};
   for (const EffectParameter& p : parameters) {
     const double value = checked(p, spec.parameters, spec.where, spec.model);
@@ -166,7 +165,7 @@ void PlantModel::add_actuator(const ActuatorSpec& spec) {
 int PlantModel::count_apart(const EffectSpec& spec) const {
   int out = 0;
   for (const Component& c : effects_) {
-    if (effect_table()[static_cast<std::size_t>(c.type)].name != spec.effect || place_name(c) != spec.place) continue;
+    if (effect_table()[c.type].name != spec.effect || place_name(c) != spec.place) continue;
     ++out;
     const bool apart =
         !c.recordings.empty() && !spec.recordings.empty() &&
@@ -236,14 +235,14 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   if (type < 0) {
     throw InputError(spec.where, "effect " + quoted(spec.effect), "one of " + names_of_table(effect_table()));
   }
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(type)];
+  const EffectInfo& info = effect_table()[type];
   const std::optional<int> joint = robot_->find_joint(spec.place);
   const bool fits = info.where == Where::arm ? spec.place == "arm" : joint.has_value();
   if (!fits) {
     throw InputError(spec.where, "where: " + quoted(spec.place), info.where == Where::arm ? "arm" : "a joint's name");
   }
-  if (joint && !suits(type, actuators_[static_cast<std::size_t>(*joint)].type)) {
-    const bool chambers = Effects::hooks<double>()[static_cast<std::size_t>(type)].chambers != nullptr;
+  if (joint && !suits(type, actuators_[*joint].type)) {
+    const bool chambers = Effects::hooks<double>()[type].chambers != nullptr;
     throw InputError(spec.where, "effect " + quoted(spec.effect) + " at " + quoted(spec.place),
                      chambers ? "a joint whose actuator is a flow_source or hydraulic"
                               : "a joint whose actuator integrates the flow of its valve (flow_source)");
@@ -255,7 +254,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   effects_.push_back({type, info.where == Where::arm ? -1 : *joint, static_cast<int>(parameters_.size()),
                       static_cast<int>(parameters.size()), spec.recordings});
   for (const EffectParameter& p : parameters) {
-    const bool prismatic = p.joint >= 0 && robot_->joints()[static_cast<std::size_t>(p.joint)].prismatic();
+    const bool prismatic = p.joint >= 0 && robot_->joints()[p.joint].prismatic();
     const std::string command = p.joint >= 0 ? command_unit(p.joint) : kAnyCommand;
     const double value = checked(p, spec.parameters, spec.where, spec.effect);
     const std::string again = others > 0 ? fmt::format("#{}", others + 1) : "";
@@ -265,7 +264,7 @@ void PlantModel::add_effect(const EffectSpec& spec) {
   }
   check_order(parameters, std::span(parameters_).last(parameters.size()), spec.where);
   if (info.learned) check_knots(spec, dof());
-  if (Effects::hooks<double>()[static_cast<std::size_t>(type)].base != nullptr) moving_robot_ = on_two_hinges(*robot_);
+  if (Effects::hooks<double>()[type].base != nullptr) moving_robot_ = on_two_hinges(*robot_);
 }
 
 std::vector<double> PlantModel::values() const {
@@ -295,7 +294,7 @@ std::vector<int> PlantModel::matching(const std::string& kind_or_name) const {
 
 int PlantModel::find_effect_at(const std::string& effect, const std::string& place) const {
   for (std::size_t i = 0; i < effects_.size(); ++i) {
-    const char* name = effect_table()[static_cast<std::size_t>(effects_[i].type)].name;
+    const char* name = effect_table()[effects_[i].type].name;
     if (effect == name && place_name(effects_[i]) == place) return static_cast<int>(i);
   }
   return -1;
@@ -307,7 +306,7 @@ std::vector<double> PlantModel::values_in(const std::string& file, std::span<con
     const auto& acts = effect.recordings;
     if (acts.empty() || std::find(acts.begin(), acts.end(), file) != acts.end()) continue;
     for (int k = 0; k < effect.count; ++k) {
-      const auto i = static_cast<std::size_t>(effect.first + k);
+      const std::size_t i = effect.first + k;
       out[i] = parameters_[i].neutral;
     }
   }
@@ -317,8 +316,7 @@ std::vector<double> PlantModel::values_in(const std::string& file, std::span<con
 std::vector<double> PlantModel::link_masses(std::span<const double> values) const {
   std::vector<double> masses(mass_parameter_.size(), 0.0);
   for (std::size_t i = 0; i < masses.size(); ++i) {
-    masses[i] = mass_parameter_[i] < 0 ? robot_->links()[i].inertial.mass
-                                       : values[static_cast<std::size_t>(mass_parameter_[i])];
+    masses[i] = mass_parameter_[i] < 0 ? robot_->links()[i].inertial.mass : values[mass_parameter_[i]];
   }
   return masses;
 }
@@ -340,11 +338,11 @@ std::vector<Inertial> PlantModel::inertials(std::span<const double> values) cons
 }
 
 std::vector<double> PlantModel::armatures(std::span<const double> values) const {
-  std::vector<double> out(static_cast<std::size_t>(dof()), 0.0);
+  std::vector<double> out(dof(), 0.0);
   for (const Component& effect : effects_) {
-    const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect.type)];
+    const Hooks<double>& hooks = Effects::hooks<double>()[effect.type];
     if (hooks.armature == nullptr) continue;
-    out[static_cast<std::size_t>(effect.joint)] += hooks.armature(values.data() + effect.first);
+    out[effect.joint] += hooks.armature(values.data() + effect.first);
   }
   return out;
 }
@@ -352,21 +350,19 @@ std::vector<double> PlantModel::armatures(std::span<const double> values) const 
 Eigen::Vector3d PlantModel::gravity(std::span<const double> values) const {
   Eigen::Vector3d out = gravity_;
   for (const Component& effect : effects_) {
-    const Hooks<double>& hooks = Effects::hooks<double>()[static_cast<std::size_t>(effect.type)];
+    const Hooks<double>& hooks = Effects::hooks<double>()[effect.type];
     if (hooks.gravity != nullptr) out = hooks.gravity(values.data() + effect.first, out);
   }
   return out;
 }
 
 std::string PlantModel::place_name(const Component& component) const {
-  return component.joint < 0 ? "arm" : robot_->joints()[static_cast<std::size_t>(component.joint)].name;
+  return component.joint < 0 ? "arm" : robot_->joints()[component.joint].name;
 }
 
 namespace {
 
-bool has_chambers(const Component& actuator) {
-  return actuator.type >= 0 && actuator_table()[static_cast<std::size_t>(actuator.type)].chambers;
-}
+bool has_chambers(const Component& actuator) { return actuator.type >= 0 && actuator_table()[actuator.type].chambers; }
 
 }  // namespace
 
@@ -377,12 +373,12 @@ std::vector<std::string> idle_effects(const Scenario& scenario) {
     for (const int index : model.matching(spec.name)) searched.insert(index);
   std::vector<std::string> out;
   for (const Component& effect : model.effects()) {
-    const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect.type)];
+    const EffectInfo& info = effect_table()[effect.type];
     const ParameterInfo& lead = leading_parameter(info);
     std::string idle;
     bool acts = info.learned;
     for (int index = effect.first; index < effect.first + effect.count; ++index) {
-      const Parameter& p = model.parameters()[static_cast<std::size_t>(index)];
+      const Parameter& p = model.parameters()[index];
       const bool strength = info.as_one || p.info->scale == lead.scale;
       if (!strength || p.info->optional || p.info->structural) continue;
       acts = acts || p.value != p.neutral || searched.count(index) > 0;
@@ -390,7 +386,7 @@ std::vector<std::string> idle_effects(const Scenario& scenario) {
     }
     // What stands before measured pressures has had its say in them.
     const bool before = scenario.pressure_driven && info.stage < Stage::effort && effect.joint >= 0 &&
-                        has_chambers(model.actuators()[static_cast<std::size_t>(effect.joint)]);
+                        has_chambers(model.actuators()[effect.joint]);
     if (before) idle = "measured pressures drive the joint";
     if (before || !acts)
       out.push_back(
@@ -409,7 +405,7 @@ std::vector<int> branches(const PlantModel& model) {
   std::vector<int> out(joints.size(), 0);
   if (has_effect_of_the_arm(model)) return out;
   for (std::size_t j = 0; j < joints.size(); ++j)
-    out[j] = joints[j].parent < 0 ? static_cast<int>(j) : out[static_cast<std::size_t>(joints[j].parent)];
+    out[j] = joints[j].parent < 0 ? static_cast<int>(j) : out[joints[j].parent];
   return out;
 }
 

@@ -61,7 +61,7 @@ class PlantModel {
   /// turn it about x and y; they come first.
   const std::shared_ptr<const Robot>& moving_robot() const { return moving_robot_; }
   /// Of joint j's command (units.h).
-  const std::string& command_unit(int j) const { return command_units_[static_cast<std::size_t>(j)]; }
+  const std::string& command_unit(int j) const { return command_units_[j]; }
   bool on_springs() const { return moving_robot_ != robot_; }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }

@@ -55,7 +55,7 @@ class LanePredictor final : public Predictor {
     LaneSegments<T> segments;
     for (int k = 0; k < kLanes<T>; ++k) {  // idle lanes repeat the last task
       const LaneTask& task = tasks[std::min(static_cast<std::size_t>(k), tasks.size() - 1)];
-      segments[static_cast<std::size_t>(k)] = task.segment;
+      segments[k] = task.segment;
       plant_.bind(k, model_.values_in(task.segment->file, *task.values));
     }
     return segments;
@@ -66,7 +66,7 @@ class LanePredictor final : public Predictor {
     for (std::size_t c = 0; c < predicted.size(); ++c) {
       const Channel& channel = experiment_.channels[c];
       if (channel.kind != ChannelKind::position) continue;
-      const std::vector<double>& slip = (*segment.slips)[static_cast<std::size_t>(channel.joint)];
+      const std::vector<double>& slip = (*segment.slips)[channel.joint];
       for (std::size_t s = 0; s < segment.count; ++s) predicted[c][s] += slip[s];
     }
   }

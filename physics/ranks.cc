@@ -88,7 +88,7 @@ void Ranks::end(int code, const std::string& message) {
 
 std::vector<std::string> Ranks::texts(const std::string& mine) {
   const std::uint64_t length = mine.size();
-  const std::vector<std::size_t> sizes(static_cast<std::size_t>(size()), sizeof length);
+  const std::vector<std::size_t> sizes(size(), sizeof length);
   std::vector<std::size_t> lengths;
   for (const auto& part : gather(std::as_bytes(std::span(&length, 1)), sizes)) {
     std::uint64_t theirs = 0;
@@ -102,7 +102,7 @@ std::vector<std::string> Ranks::texts(const std::string& mine) {
 }
 
 std::vector<Ranks::Word> Ranks::words_of_all(const Word& mine) {
-  const std::vector<std::size_t> sizes(static_cast<std::size_t>(size()), sizeof mine);
+  const std::vector<std::size_t> sizes(size(), sizeof mine);
   std::vector<Word> words;
   for (const auto& part : gather(std::as_bytes(std::span(&mine, 1)), sizes))
     std::memcpy(&words.emplace_back(), part.data(), sizeof mine);
@@ -166,7 +166,7 @@ std::vector<std::string> Ranks::share_texts(std::uint64_t key, const std::except
 
 bool Ranks::as_first(bool answer) {
   const std::byte mine{answer};
-  const std::vector<std::size_t> one(static_cast<std::size_t>(size()), 1);
+  const std::vector<std::size_t> one(size(), 1);
   return share(kAnswer, nullptr, std::span(&mine, 1), one).front().front() != std::byte{0};
 }
 

@@ -20,16 +20,16 @@ std::vector<bool> stays_at_its_joint(const PlantModel& model, const Prediction& 
   std::vector<bool> out(model.parameters().size(), false);
   if (!std::holds_alternative<InverseDynamics>(prediction)) return out;
   const auto& effects = Effects::hooks<double>();
-  const bool share = std::ranges::any_of(
-      model.effects(), [&](const Component& c) { return effects[static_cast<std::size_t>(c.type)].share != nullptr; });
+  const bool share =
+      std::ranges::any_of(model.effects(), [&](const Component& c) { return effects[c.type].share != nullptr; });
   if (share) return out;  // what one asks for changes what the others get
   const auto mark = [&](const Component& c, const Hooks<double>& hooks) {
     if (c.joint < 0 || reaches_others(hooks)) return;
     std::fill_n(out.begin() + c.first, c.count, true);
   };
   for (const Component& c : model.actuators())
-    if (c.type >= 0) mark(c, Actuators::hooks<double>()[static_cast<std::size_t>(c.type)]);
-  for (const Component& c : model.effects()) mark(c, effects[static_cast<std::size_t>(c.type)]);
+    if (c.type >= 0) mark(c, Actuators::hooks<double>()[c.type]);
+  for (const Component& c : model.effects()) mark(c, effects[c.type]);
   return out;
 }
 

@@ -9,7 +9,7 @@ namespace lacuna {
 template <class T, class Dyn>
 Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
     : plant_(plant),
-      n_(static_cast<std::size_t>(plant.dof())),
+      n_(plant.dof()),
       size_(2 * n_ + static_cast<std::size_t>(plant.states())),
       fast_(n_, size_),
       dry_(n_) {
@@ -25,7 +25,7 @@ Rollout<T, Dyn>::Rollout(Plant<T, Dyn>& plant)
     if (plant.is_lossy(joint)) fast_.add_loss(joint);
   }
   rise_.assign(n_, {T(0.0), T(0.0)});
-  memory_.assign(static_cast<std::size_t>(plant.memories()), T(0.0));
+  memory_.assign(plant.memories(), T(0.0));
   free_.assign(n_, T(1.0));
   for (std::size_t j = 0; j < n_; ++j) {
     dry_[j] = plant_.has_dry_friction(static_cast<int>(j));
@@ -55,7 +55,7 @@ template <class T, class Dyn>
 template <class Value>
 T Rollout<T, Dyn>::of_each(const Value& value) const {
   T out(0.0);
-  for (int k = 0; k < kLanes<T>; ++k) set_lane(out, k, value(*segments_[static_cast<std::size_t>(k)]));
+  for (int k = 0; k < kLanes<T>; ++k) set_lane(out, k, value(*segments_[k]));
   return out;
 }
 
@@ -131,8 +131,8 @@ void Rollout<T, Dyn>::run_up(std::size_t j) {
   for (std::size_t back = most; back > 0; --back) {
     T dt(0.0);
     for (int k = 0; k < kLanes<T>; ++k) {
-      const Segment& s = *segments_[static_cast<std::size_t>(k)];
-      const std::size_t has = before[static_cast<std::size_t>(k)], at = s.first - std::min(back, has);
+      const Segment& s = *segments_[k];
+      const std::size_t has = before[k], at = s.first - std::min(back, has);
       const std::vector<double>& time = s.commands->time;
       const double until = time[s.first] - lane(delay, k);
       const double end = back > has ? time[at] : time[at + 1];  // lanes with less before them wait
@@ -188,12 +188,12 @@ void Rollout<T, Dyn>::fetch_pressures(std::size_t sample) {
 template <class T, class Dyn>
 void Rollout<T, Dyn>::move_cursor(Cursor& cursor) {
   for (int k = 0; k < kLanes<T>; ++k) {
-    const CommandTrack& track = *segments_[static_cast<std::size_t>(k)]->commands;
-    const std::vector<double>&time = track.time, &value = track.value[static_cast<std::size_t>(cursor.joint)];
+    const CommandTrack& track = *segments_[k]->commands;
+    const std::vector<double>&time = track.time, &value = track.value[cursor.joint];
     const double late = lane(cursor.late, k), now = lane(t_, k);
-    std::size_t& i = cursor.index[static_cast<std::size_t>(k)];
+    std::size_t& i = cursor.index[k];
     while (i + 1 < time.size() && time[i + 1] + late <= now + 1e-12 * (1.0 + now)) ++i;
-    set_lane(u_[static_cast<std::size_t>(cursor.joint)], k, value[i]);
+    set_lane(u_[cursor.joint], k, value[i]);
     set_lane(cursor.next_jump, k, i + 1 < time.size() ? time[i + 1] + late : HUGE_VAL);
   }
 }
@@ -356,7 +356,7 @@ void Rollout<T, Dyn>::look_at_fast_motion() {
   fast_.set_inertia(mass_);
   const Instant<T> now = instant(T(0.0), x_);
   for (auto& spring : fast_.springs()) {
-    const std::size_t j = static_cast<std::size_t>(spring.joint);
+    const std::size_t j = spring.joint;
     if (segments_.front()->is_pressed(j)) {
       spring.part = {{T(0.0), T(0.0)}, {T(0.0), T(0.0)}, {T(0.0), T(0.0), T(0.0), T(0.0)}};
       continue;
@@ -468,7 +468,7 @@ template <class T, class Dyn>
 void Rollout<T, Dyn>::record(const std::vector<Channel>& channels, std::size_t sample, std::vector<T>& out) {
   step_ = T(0.0);
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    const std::size_t j = static_cast<std::size_t>(channels[c].joint);
+    const std::size_t j = channels[c].joint;
     T& value = out[sample * channels.size() + c];
     switch (channels[c].kind) {
       case ChannelKind::velocity: value = x_[n_ + j]; break;

@@ -57,8 +57,8 @@ LinearMotion Rollout<T, Dyn>::linearise(const Segment& segment, double max_step,
   LinearMotion out{static_cast<int>(n_), {}, {}, between(way)};
   const auto states = static_cast<Eigen::Index>(size_);
   out.A.assign(way.size() - 1, Eigen::MatrixXd(states, states));
-  out.B.assign(way.size() - 1, Eigen::MatrixXd(states, static_cast<Eigen::Index>(n_)));
-  const std::size_t lanes = static_cast<std::size_t>(kLanes<T>);
+  out.B.assign(way.size() - 1, Eigen::MatrixXd(states, n_));
+  const std::size_t lanes = kLanes<T>;
   for (std::size_t first = 0; first < steps.size(); first += lanes) {
     start(max_step);
     const std::size_t last = std::min(first + lanes, steps.size());
@@ -75,8 +75,7 @@ LinearMotion Rollout<T, Dyn>::linearise(const Segment& segment, double max_step,
         Eigen::MatrixXd& to = i < size_ ? out.A[k] : out.B[k];
         const auto column = static_cast<Eigen::Index>(i < size_ ? i : i - size_);
         for (std::size_t row = 0; row < size_; ++row)
-          to(static_cast<Eigen::Index>(row), column) =
-              (lane(x_[row], static_cast<int>(i - first)) - lane(way[k + 1].x[row], 0)) / steps[i];
+          to(row, column) = (lane(x_[row], static_cast<int>(i - first)) - lane(way[k + 1].x[row], 0)) / steps[i];
       }
     }
     std::fill(probe_.begin(), probe_.end(), T(0.0));

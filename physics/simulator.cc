@@ -59,25 +59,25 @@ class PopulationSimulator final : public Simulator {
                                       const std::vector<double>& effort_sizes) override {
     std::vector<LinearMotion> out(segments.size());
     on_pieces(static_cast<int>(segments.size()), [&](int worker, int k) {
-      const std::size_t at = static_cast<std::size_t>(k);
-      const LaneTask task{&values, &experiment_.segments[static_cast<std::size_t>(segments[at])]};
-      out[at] = workers_[static_cast<std::size_t>(worker)]->linearise(task, max_step_, effort_sizes);
+      const std::size_t at = k;
+      const LaneTask task{&values, &experiment_.segments[segments[at]]};
+      out[at] = workers_[worker]->linearise(task, max_step_, effort_sizes);
     });
     return out;
   }
 
   void excess(std::span<const std::vector<double>> individuals, std::span<const int> segments,
               std::span<const LinearMotion> motions, const PredictionVisitor& visit) override {
-    const std::size_t width = static_cast<std::size_t>(lanes());
+    const std::size_t width = lanes();
     const std::size_t packs = (individuals.size() + width - 1) / width;
     on_pieces(static_cast<int>(packs * segments.size()), [&](int worker, int piece) {
       const std::size_t at = static_cast<std::size_t>(piece) / packs,
                         first = static_cast<std::size_t>(piece) % packs * width;
       std::vector<LaneTask> tasks;
       for (std::size_t i = first; i < std::min(first + width, individuals.size()); ++i)
-        tasks.push_back({&individuals[i], &experiment_.segments[static_cast<std::size_t>(segments[at])]});
+        tasks.push_back({&individuals[i], &experiment_.segments[segments[at]]});
       std::vector<std::vector<std::vector<double>>> efforts;
-      workers_[static_cast<std::size_t>(worker)]->excess(tasks, motions[at], efforts);
+      workers_[worker]->excess(tasks, motions[at], efforts);
       for (std::size_t i = 0; i < tasks.size(); ++i) visit(static_cast<int>(first + i), segments[at], efforts[i]);
     });
   }
@@ -107,7 +107,7 @@ class PopulationSimulator final : public Simulator {
       }
       for (int i = whole; i < count; ++i) left.push_back({i, s});
     }
-    const auto samples = [&](const Pair& p) { return experiment_.segments[static_cast<std::size_t>(p.segment)].count; };
+    const auto samples = [&](const Pair& p) { return experiment_.segments[p.segment].count; };
     std::ranges::stable_sort(left, {}, samples);
     for (std::size_t k = 0; k < left.size(); ++k) {
       if (k % static_cast<std::size_t>(lanes()) == 0) out.emplace_back();
@@ -120,20 +120,18 @@ class PopulationSimulator final : public Simulator {
               const PredictionVisitor& visit, const PairResult& result) {
     const std::vector<std::vector<Pair>> packs = packs_of(static_cast<int>(individuals.size()), segments);
     const PieceWork simulate = [&](int worker, int piece) {
-      const std::vector<Pair>& pack = packs[static_cast<std::size_t>(piece)];
+      const std::vector<Pair>& pack = packs[piece];
       std::vector<LaneTask> tasks;
       for (const auto& [individual, segment] : pack) {
-        tasks.push_back({&individuals[static_cast<std::size_t>(individual)],
-                         &experiment_.segments[static_cast<std::size_t>(segment)]});
+        tasks.push_back({&individuals[individual], &experiment_.segments[segment]});
       }
       std::vector<std::vector<std::vector<double>>> predicted;
-      workers_[static_cast<std::size_t>(worker)]->predict(tasks, max_step_, predicted);
+      workers_[worker]->predict(tasks, max_step_, predicted);
       for (std::size_t k = 0; k < pack.size(); ++k) visit(pack[k].individual, pack[k].segment, predicted[k]);
     };
     const PieceResults results = [&](int piece) {
       std::vector<std::span<std::byte>> out;
-      for (const auto& [individual, segment] : packs[static_cast<std::size_t>(piece)])
-        out.push_back(result(individual, segment));
+      for (const auto& [individual, segment] : packs[piece]) out.push_back(result(individual, segment));
       return out;
     };
     executor.run(static_cast<int>(packs.size()), simulate, results, key_of(individuals, segments));
@@ -160,7 +158,7 @@ Predictions predictions_at(double step, const PlantModel& model, const Experimen
   with.max_step = step;
   Predictions out(experiment.segments.size());
   for (const int s : segments) {
-    const std::size_t at = static_cast<std::size_t>(s);
+    const std::size_t at = s;
     out[at].resize(experiment.channels.size() * experiment.segments[at].count);
   }
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
@@ -168,10 +166,10 @@ Predictions predictions_at(double step, const PlantModel& model, const Experimen
       ->run(
           one, segments,
           [&](int, int s, const auto& predicted) {
-            auto to = out[static_cast<std::size_t>(s)].begin();
+            auto to = out[s].begin();
             for (const std::vector<double>& channel : predicted) to = std::copy(channel.begin(), channel.end(), to);
           },
-          [&](int, int s) { return std::as_writable_bytes(std::span(out[static_cast<std::size_t>(s)])); });
+          [&](int, int s) { return std::as_writable_bytes(std::span(out[s])); });
   return out;
 }
 
@@ -183,9 +181,9 @@ double largest_change(const Predictions& coarse, const Predictions& fine, const 
     for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
       const double noise = experiment.channels[c].noise;
       if (!(noise > 0.0)) continue;
-      const std::size_t count = experiment.segments[static_cast<std::size_t>(s)].count;
-      const double* a = coarse[static_cast<std::size_t>(s)].data() + c * count;
-      const double* b = fine[static_cast<std::size_t>(s)].data() + c * count;
+      const std::size_t count = experiment.segments[s].count;
+      const double* a = coarse[s].data() + c * count;
+      const double* b = fine[s].data() + c * count;
       double sum = 0.0;
       for (std::size_t k = 0; k < count; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
       const double change = std::sqrt(sum / static_cast<double>(count)) / noise;

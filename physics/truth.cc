@@ -58,8 +58,8 @@ class TruthRun {
         segment_(segment),
         options_(options),
         values_(values.begin(), values.end()),
-        n_(static_cast<std::size_t>(model.dof())),
-        memory_(static_cast<std::size_t>(plant_.memories()), T(0.0)),
+        n_(model.dof()),
+        memory_(plant_.memories(), T(0.0)),
         u_(n_, T(0.0)),
         tau_(n_, T(0.0)),
         free_(n_, T(1.0)),
@@ -139,16 +139,15 @@ class TruthRun {
     State holding(n_), rates(x.size(), T(0.0));
     plant_.begin_memories(instant(T(0.0), x), x.data(), zero.data(), u_.data(), nullptr, memory_.data());
     plant_.holding_efforts(x.data(), x.data() + 2 * n_, holding.data(), rates.data() + 2 * n_);
-    Eigen::VectorXd out(static_cast<Eigen::Index>(x.size() - n_));
+    Eigen::VectorXd out(x.size() - n_);
     for (std::size_t j = 0; j < n_; ++j) {
       const int joint = static_cast<int>(j);
       const T given =
           outside_effort(j, x) + plant_.effort(joint, instant(T(0.0), x), x[j], T(0.0), u_[j], x.data() + 2 * n_,
                                                memory_.data(), rates.data() + 2 * n_, nullptr);
-      out(static_cast<Eigen::Index>(j)) = static_cast<double>(holding[j] - given);
+      out(j) = static_cast<double>(holding[j] - given);
     }
-    for (std::size_t k = 2 * n_; k < x.size(); ++k)
-      out(static_cast<Eigen::Index>(k - n_)) = static_cast<double>(rates[k]);
+    for (std::size_t k = 2 * n_; k < x.size(); ++k) out(k - n_) = static_cast<double>(rates[k]);
     return out;
   }
 
@@ -158,7 +157,7 @@ class TruthRun {
     const State start = x_;
     std::fill_n(x_.begin() + static_cast<std::ptrdiff_t>(n_), n_, T(0.0));
     plant_.initial_states(x_.data(), x_.data() + n_, u_.data(), x_.data() + 2 * n_);
-    const Eigen::Index size = static_cast<Eigen::Index>(x_.size() - n_);
+    const Eigen::Index size = x_.size() - n_;
     const auto place = [&](Eigen::Index k) {  // of unknown k in x_: the speeds are none
       return static_cast<std::size_t>(k) < n_ ? static_cast<std::size_t>(k) : static_cast<std::size_t>(k) + n_;
     };
@@ -186,10 +185,10 @@ class TruthRun {
 
   Instant<T> instant(const T& since, const State& x) {
     for (const UnevenParameter& p : options_.uneven) {
-      const std::size_t j = static_cast<std::size_t>(p.joint);
+      const std::size_t j = p.joint;
       const T phase = ((p.over_command ? u_[j] : x[j]) - T(p.centre)) / T(p.width);
-      plant_.vary(p.parameter, T(values_[static_cast<std::size_t>(p.parameter)]) *
-                                   (T(1.0) + T(p.share) * std::sin(T(2.0) * std::numbers::pi_v<T> * phase)));
+      plant_.vary(p.parameter,
+                  T(values_[p.parameter]) * (T(1.0) + T(p.share) * std::sin(T(2.0) * std::numbers::pi_v<T> * phase)));
     }
     Instant<T> now{T(segment_.session) + t_ + since, since, x.data() + n_, T(0.0), x.data()};
     plant_.share(now, x.data(), x.data() + n_, u_.data(), memory_.data());
@@ -230,7 +229,7 @@ class TruthRun {
   }
 
   std::vector<double> times_of(const OutsidePhysics& outside) const {
-    const std::size_t recording = static_cast<std::size_t>(segment_.recording);
+    const std::size_t recording = segment_.recording;
     return recording < outside.times.size() ? outside.times[recording] : std::vector<double>{};
   }
 
@@ -244,8 +243,7 @@ class TruthRun {
       // Smooth about rest: the error estimate sees all of it, and there is no event to bisect.
       if (over == OutsideWay::position_and_direction)
         sum += outside_law(outside, x[j], T(std::tanh(x[n_ + j] / outside.form.slow)));
-      if (over == OutsideWay::other_position)
-        sum += outside_law(outside, x[static_cast<std::size_t>(outside.form.other)]);
+      if (over == OutsideWay::other_position) sum += outside_law(outside, x[outside.form.other]);
     }
     return sum;
   }
@@ -415,7 +413,7 @@ class TruthRun {
 
   void record(const std::vector<Channel>& channels, std::vector<std::vector<double>>& out) {
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      const std::size_t j = static_cast<std::size_t>(channels[c].joint);
+      const std::size_t j = channels[c].joint;
       T value = x_[j];
       if (channels[c].kind == ChannelKind::velocity) value = x_[n_ + j];
       if (channels[c].kind == ChannelKind::motor_position)
@@ -440,7 +438,7 @@ class TruthRun {
         std::transform(readings.begin(), readings.end(), out[c].begin(),
                        [](const T& value) { return static_cast<double>(value); });
         if (!segment_.slips) continue;
-        const std::vector<double>& slip = (*segment_.slips)[static_cast<std::size_t>(channels[c].joint)];
+        const std::vector<double>& slip = (*segment_.slips)[channels[c].joint];
         for (std::size_t k = 0; k < slip.size(); ++k) out[c][k] += slip[k];
       }
   }

@@ -52,7 +52,7 @@ std::string command_unit(const Scenario& scenario, const std::string& joint) {
     const auto gain = actuator.parameters.find("gain");
     const auto index = scenario.robot->find_joint(joint);
     if (gain != actuator.parameters.end() && gain->second == 1.0 && index)
-      return unit_at("N m", scenario.robot->joints()[static_cast<std::size_t>(*index)].prismatic(), kAnyCommand);
+      return unit_at("N m", scenario.robot->joints()[*index].prismatic(), kAnyCommand);
   }
   return kAnyCommand;
 }

@@ -81,7 +81,7 @@ class PythonDynamics {
     auto entries = out.mutable_unchecked<3>();
     for (py::ssize_t i = 0; i < dof(); ++i)
       for (py::ssize_t r = 0; r < 4; ++r)
-        for (py::ssize_t c = 0; c < 4; ++c) entries(i, r, c) = poses[static_cast<std::size_t>(i)].matrix()(r, c);
+        for (py::ssize_t c = 0; c < 4; ++c) entries(i, r, c) = poses[i].matrix()(r, c);
     return out;
   }
 
@@ -117,7 +117,7 @@ class PythonDynamics {
         throw py::value_error(fmt::format("states have one shape, ({0},) or (n, {0})", dof()));
     }
     Array out(std::vector<py::ssize_t>(first.shape(), first.shape() + first.ndim()));
-    const auto n = static_cast<std::size_t>(dof());
+    const std::size_t n = dof();
     const std::size_t rows = static_cast<std::size_t>(first.size()) / n;
     double* const written = out.mutable_data();
     for (std::size_t k = 0; k < rows; ++k) {

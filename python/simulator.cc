@@ -24,7 +24,7 @@ Scenario on_recording(Scenario scenario, std::string& name) {
   if (name.empty()) name = known.front();
   const auto at = std::find(known.begin(), known.end(), name);
   if (at == known.end()) throw InputError("recording", quoted(name), fmt::format("one of {}", fmt::join(known, ", ")));
-  const RecordingSpec spec = scenario.recordings[static_cast<std::size_t>(at - known.begin())];
+  const RecordingSpec spec = scenario.recordings[at - known.begin()];
   scenario.recordings = {spec};
   scenario.recordings.front().role = Role::train;  // the role that start values and steps are taken from
   scenario.prediction = FreeRun{};
@@ -71,7 +71,7 @@ double PythonSimulator::chosen_step(const StopFlag& stop) const {
 std::vector<double> PythonSimulator::values() const {
   const std::vector<double> all = model_.values();
   std::vector<double> out;
-  for (const int i : index_) out.push_back(all[static_cast<std::size_t>(i)]);
+  for (const int i : index_) out.push_back(all[i]);
   return out;
 }
 
@@ -80,11 +80,11 @@ std::vector<double> PythonSimulator::full(const std::vector<double>& set) const 
     throw InputError("parameters", fmt::format("{} numbers a set", set.size()), fmt::format("{}", index_.size()));
   std::vector<double> out = model_.values();
   for (std::size_t i = 0; i < set.size(); ++i) {
-    const Parameter& parameter = model_.parameters()[static_cast<std::size_t>(index_[i])];
+    const Parameter& parameter = model_.parameters()[index_[i]];
     if (!(set[i] >= parameter.lower && set[i] <= parameter.upper))
       throw InputError("parameters: " + parameter.name, fmt::format("{}", set[i]),
                        fmt::format("from {} to {} {}", parameter.lower, parameter.upper, parameter.unit));
-    out[static_cast<std::size_t>(index_[i])] = set[i];
+    out[index_[i]] = set[i];
   }
   return out;
 }
@@ -109,7 +109,7 @@ std::vector<double> PythonSimulator::rollouts(const std::vector<std::vector<doub
 std::vector<std::string> PythonSimulator::channels() const {
   std::vector<std::string> out;
   for (const Channel& channel : experiment_.channels)
-    out.push_back(experiment_.joint_names[static_cast<std::size_t>(channel.joint)] + "." + to_string(channel.kind));
+    out.push_back(experiment_.joint_names[channel.joint] + "." + to_string(channel.kind));
   return out;
 }
 
@@ -137,7 +137,7 @@ Array shaped(const std::vector<double>& numbers, const std::vector<std::size_t>&
 Array rollouts(const PythonSimulator& simulator, const Array& parameters) {
   const bool fits = parameters.ndim() == 2 && parameters.shape(1) == static_cast<py::ssize_t>(simulator.names().size());
   if (!fits) throw py::value_error(fmt::format("parameters have the shape (n, {})", simulator.names().size()));
-  std::vector<std::vector<double>> sets(static_cast<std::size_t>(parameters.shape(0)));
+  std::vector<std::vector<double>> sets(parameters.shape(0));
   const std::size_t width = simulator.names().size();
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const double* row = parameters.data() + i * width;

@@ -34,7 +34,7 @@ constexpr double kSmallestRobot = 1e-3;  // m: size of a robot whose joints all 
 
 Isometry3d body_pose(const Robot& robot, std::span<const Isometry3d> link_poses, int body) {
   if (body < 0) return Isometry3d::Identity();
-  return link_poses[static_cast<std::size_t>(robot.joints()[static_cast<std::size_t>(body)].link)];
+  return link_poses[robot.joints()[body].link];
 }
 
 // Rotation that carries z onto `axis`.
@@ -92,12 +92,12 @@ double robot_size(const Robot& robot) {
   for (std::size_t i = 0; i < reach.size(); ++i) {
     const Joint& joint = robot.joints()[i];
     reach[i] = joint.origin.translation().norm() + travel(joint);
-    if (joint.parent >= 0) reach[i] += reach[static_cast<std::size_t>(joint.parent)];
+    if (joint.parent >= 0) reach[i] += reach[joint.parent];
   }
   double longest = kSmallestRobot;
   for (const double r : reach) longest = std::max(longest, r);
   for (const Link& link : robot.links()) {
-    const double at = link.body < 0 ? 0.0 : reach[static_cast<std::size_t>(link.body)];
+    const double at = link.body < 0 ? 0.0 : reach[link.body];
     longest = std::max(longest, at + reach_in_body(link));
   }
   return longest;
@@ -139,8 +139,8 @@ Stretch stretch(const Robot& robot, std::span<const Isometry3d> link_poses, int 
 
 // A hinge across its links is a pin that shows at both sides; one that turns a link about its length is a collar.
 Solid turning_joint(const Robot& robot, std::span<const Isometry3d> link_poses, int index, double size) {
-  const Joint& joint = robot.joints()[static_cast<std::size_t>(index)];
-  const Isometry3d& pose = link_poses[static_cast<std::size_t>(joint.link)];
+  const Joint& joint = robot.joints()[index];
+  const Isometry3d& pose = link_poses[joint.link];
   Solid solid{Solid::Kind::cylinder, Vector3d::Zero(), pose, kPinColor, index};
   // Measured in the link's own frame turned with it, so that a pin keeps its form in every pose.
   solid.pose.linear() = pose.linear() * frame_along(joint.axis);
@@ -225,7 +225,7 @@ void add_bones(const Robot& robot, std::span<const Isometry3d> link_poses, int b
 /// Away from the joint's axis towards the joint before it.
 Vector3d towards_parent(const Robot& robot, std::span<const Isometry3d> link_poses, const Joint& joint,
                         const Vector3d& axis) {
-  const Vector3d here = link_poses[static_cast<std::size_t>(joint.link)].translation();
+  const Vector3d here = link_poses[joint.link].translation();
   Vector3d way = body_pose(robot, link_poses, joint.parent).translation() - here;
   way -= way.dot(axis) * axis;
   return way.norm() > 1e-6 ? way.normalized() : Vector3d(frame_along(axis).col(0));
@@ -258,7 +258,7 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> 
     if (!has_visuals(robot, body)) add_bones(robot, link_poses, body, size, figure);
   }
   for (int joint = 0; joint < robot.dof(); ++joint) {
-    const Joint& it = robot.joints()[static_cast<std::size_t>(joint)];
+    const Joint& it = robot.joints()[joint];
     if (has_mesh(robot, joint)) continue;
     if (it.prismatic()) {
       add_rail(robot, link_poses, it, size, figure);
@@ -272,9 +272,9 @@ std::vector<Solid> robot_figure(const Robot& robot, std::span<const Isometry3d> 
 std::vector<Solid> piston_figure(const Robot& robot, std::span<const Isometry3d> link_poses, const Piston& piston) {
   check_poses(robot, link_poses);
   const Vector3d at = joint_position(robot, link_poses, piston.joint);  // throws for a joint that is not there
-  const Joint& joint = robot.joints()[static_cast<std::size_t>(piston.joint)];
+  const Joint& joint = robot.joints()[piston.joint];
   const Isometry3d zero = body_pose(robot, link_poses, joint.parent) * joint.origin;
-  const Isometry3d& moved = link_poses[static_cast<std::size_t>(joint.link)];
+  const Isometry3d& moved = link_poses[joint.link];
   const Vector3d axis = (zero.linear() * joint.axis).normalized();
   const Eigen::AngleAxisd turned(Eigen::Matrix3d(zero.linear().transpose() * moved.linear()));
   const double q = turned.angle() * turned.axis().dot(joint.axis.normalized());
@@ -316,7 +316,7 @@ Vector3d joint_position(const Robot& robot, std::span<const Isometry3d> link_pos
   if (joint < 0 || joint >= robot.dof()) {
     throw std::invalid_argument("joint " + std::to_string(joint) + " of a robot with " + std::to_string(robot.dof()));
   }
-  return link_poses[static_cast<std::size_t>(robot.joints()[static_cast<std::size_t>(joint)].link)].translation();
+  return link_poses[robot.joints()[joint].link].translation();
 }
 
 std::array<Vector3d, 8> corners(const Solid& solid) {
@@ -325,7 +325,7 @@ std::array<Vector3d, 8> corners(const Solid& solid) {
   std::array<Vector3d, 8> result;
   for (int i = 0; i < 8; ++i) {
     const Vector3d sign((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1);
-    result[static_cast<std::size_t>(i)] = solid.pose * half.cwiseProduct(sign);
+    result[i] = solid.pose * half.cwiseProduct(sign);
   }
   return result;
 }

@@ -220,7 +220,7 @@ void draw_overlay(const Robot& robot, std::span<const Eigen::Isometry3d> link_po
     rings.push_back({&marker, at.x(), at.y()});
   }
   for (const Ring& ring : rings) {
-    const std::string& name = robot.joints()[static_cast<std::size_t>(ring.marker->joint)].name;
+    const std::string& name = robot.joints()[ring.marker->joint].name;
     draw_label(write, ring.marker->label.empty() ? name : ring.marker->label, ring.marker->color, ring.x, ring.y, taken,
                image);
   }

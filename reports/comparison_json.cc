@@ -37,7 +37,7 @@ Json curve_of(const MethodResult& method) {
     const auto begin = method.error.begin() + static_cast<std::ptrdiff_t>(s * n / stretches);
     const auto end = method.error.begin() + static_cast<std::ptrdiff_t>((s + 1) * n / stretches);
     const auto worst = std::max_element(begin, end);
-    times.push_back(method.time[static_cast<std::size_t>(worst - method.error.begin())]);
+    times.push_back(method.time[worst - method.error.begin()]);
     errors.push_back(*worst);
   }
   return {{"time", times}, {"error", errors}};

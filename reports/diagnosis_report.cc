@@ -121,7 +121,7 @@ std::string separation_words(const Separation& s, std::size_t number) {
 Html finding_card(const Finding& f, std::size_t number, Marks& marks) {
   std::vector<std::pair<std::string, Html>> entries;
   const int index = find_effect(f.effect);
-  const EffectInfo* info = index < 0 ? nullptr : &effect_table()[static_cast<std::size_t>(index)];
+  const EffectInfo* info = index < 0 ? nullptr : &effect_table()[index];
   if (info != nullptr) {
     entries.emplace_back("what it does", element("code", text(info->equation)));
     entries.emplace_back("what one sees", text(info->shows_as));

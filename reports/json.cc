@@ -99,8 +99,7 @@ Json json_of(const Finding& finding, std::size_t number) {
     rivals.push_back({{"effect", rival.effect}, {"where", rival.place}, {"probability", rival.probability}});
   Json out{{"effect", finding.effect}, {"where", finding.place},   {"probability", finding.probability},
            {"rivals", rivals},         {"class", finding.members}, {"parameters", json_of(finding.parameters)}};
-  if (const int index = find_effect(finding.effect); index >= 0)
-    out["stage"] = to_string(effect_table()[static_cast<std::size_t>(index)].stage);
+  if (const int index = find_effect(finding.effect); index >= 0) out["stage"] = to_string(effect_table()[index].stage);
   if (!finding.recordings.empty()) out["recordings"] = finding.recordings;
   out["class_probability"] = class_probability(finding);
   out["evidence"] = evidence_of(finding);

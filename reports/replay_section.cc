@@ -65,8 +65,7 @@ void add_mesh(const Mesh& mesh, Json& out) {
 /// In the frame of the body that carries it.
 Json json_of(const Solid& solid, std::span<const Eigen::Isometry3d> bodies) {
   static constexpr const char* kKinds[] = {"box", "cylinder", "capsule", "sphere", "mesh"};
-  const Eigen::Isometry3d pose =
-      solid.body < 0 ? solid.pose : bodies[static_cast<std::size_t>(solid.body)].inverse() * solid.pose;
+  const Eigen::Isometry3d pose = solid.body < 0 ? solid.pose : bodies[solid.body].inverse() * solid.pose;
   Json out{{"body", solid.body},
            {"kind", kKinds[static_cast<std::size_t>(solid.kind)]},
            {"half", numbers(solid.half)},
@@ -170,7 +169,7 @@ std::vector<std::vector<double>> poses_of(const Replay& replay, const Robot& rob
       const std::optional<int> index = robot.find_joint(trace.joint);
       const std::size_t i = k * (n - 1) / (kPoses - 1);
       if (index && i < trace.measured.size() && std::isfinite(trace.measured[i]))
-        out.back()[static_cast<std::size_t>(*index)] = trace.measured[i];
+        out.back()[*index] = trace.measured[i];
     }
   }
   return out;

@@ -112,14 +112,12 @@ Json json_of(const RivalsRecord& r) {
                        {"success", m.success},
                        {"evaluations_to_level", m.reached},
                        {"runs", runs_of(m.runs)}});
-  return {
-      {"budget", r.budget},
-      {"best_cost", r.best},
-      {"levels", levels},
-      {"methods", methods},
-      {"recommended",
-       r.recommended < 0 ? Json(nullptr) : Json(to_string(r.methods[static_cast<std::size_t>(r.recommended)].method))},
-      {"reason", r.reason}};
+  return {{"budget", r.budget},
+          {"best_cost", r.best},
+          {"levels", levels},
+          {"methods", methods},
+          {"recommended", r.recommended < 0 ? Json(nullptr) : Json(to_string(r.methods[r.recommended].method))},
+          {"reason", r.reason}};
 }
 
 Json json_of(const RobustnessRecord& r) {

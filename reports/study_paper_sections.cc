@@ -90,8 +90,7 @@ const paper::Values* paper_truth(const Study& study) {
     bool same = true;
     for (std::size_t i = 0; i < study.truth.size(); ++i) {
       const int k = paper_index(study.parameters[i]);
-      same = same && k >= 0 &&
-             std::fabs(in_our_units(k, row.numbers[static_cast<std::size_t>(k)]) / study.truth[i] - 1.0) < 0.01;
+      same = same && k >= 0 && std::fabs(in_our_units(k, row.numbers[k]) / study.truth[i] - 1.0) < 0.01;
     }
     if (same) return &row;
   }
@@ -155,7 +154,7 @@ Html parameters_section(const Study& study) {
     cells.push_back(text(number(study.start[i])));
     cells.push_back(text(quartile_words(quartiles_of(parameter_in(*final, i, std::nan(""))))));
     if (second) {
-      const auto k = static_cast<std::size_t>(paper_index(study.parameters[i]));
+      const std::size_t k = paper_index(study.parameters[i]);
       cells.push_back(text(number(in_our_units(static_cast<int>(k), paper::kValues[2].numbers[k]), 3)));
     }
     table.row(cells);
@@ -260,7 +259,7 @@ Html fitness_section(const Study& study) {
         std::vector<Html> theirs{text("the paper's run")};
         for (const std::string& name : study.parameters) {
           const int k = paper_index(name);
-          theirs.push_back(text(k < 0 ? "" : number(row.relative_errors[static_cast<std::size_t>(k)])));
+          theirs.push_back(text(k < 0 ? "" : number(row.relative_errors[k])));
         }
         errors.row(theirs);
       }

@@ -52,7 +52,7 @@ std::string superscript(int exponent) {
   static constexpr std::array<const char*, 10> kDigits{"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
                                                        "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
   std::string out = exponent < 0 ? "\u207b" : "";
-  for (const char digit : std::to_string(std::abs(exponent))) out += kDigits[static_cast<std::size_t>(digit - '0')];
+  for (const char digit : std::to_string(std::abs(exponent))) out += kDigits[digit - '0'];
   return out;
 }
 

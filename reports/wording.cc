@@ -174,7 +174,7 @@ std::string meaning_of(const std::string& number) {
   const std::size_t dot = number.find('.');
   const int effect = dot == std::string::npos ? -1 : find_effect(number.substr(0, dot));
   if (effect < 0) return number;
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(effect)];
+  const EffectInfo& info = effect_table()[effect];
   for (const ParameterInfo& p : info.parameters)
     if (p.name == number.substr(dot + 1)) return p.meaning;
   return number;
@@ -323,7 +323,7 @@ std::string list_of(const std::vector<std::string>& items) {
 
 std::string effect_title(const std::string& effect) {
   const int index = find_effect(effect);
-  return index < 0 ? effect : effect_table()[static_cast<std::size_t>(index)].title;
+  return index < 0 ? effect : effect_table()[index].title;
 }
 
 std::string place_words(const std::string& effect, const std::string& place) {
@@ -347,7 +347,7 @@ std::string residual_unit(const Scenario& scenario, const Diagnosis* diagnosis, 
   const std::optional<int> joint =
       scenario.robot ? scenario.robot->find_joint(qualified ? entry.substr(0, dot) : entry) : std::nullopt;
   if (!joint) return {};
-  const bool slides = scenario.robot->joints()[static_cast<std::size_t>(*joint)].prismatic();
+  const bool slides = scenario.robot->joints()[*joint].prismatic();
   if (kind == "pressure_a" || kind == "pressure_b") return "Pa";
   if (kind == "velocity") return slides ? "m/s" : "rad/s";
   const bool effort = kind == "effort" || (measured && std::holds_alternative<InverseDynamics>(scenario.prediction));

@@ -57,8 +57,7 @@ void check_lines(const std::string& bytes, const std::string& source) {
 void check_stl(const std::string& bytes, const std::string& source, const MeshLimits& limits) {
   if (bytes.size() >= kBinaryHead) {
     std::uint32_t facets = 0;
-    for (int i = 3; i >= 0; --i)
-      facets = facets << 8 | static_cast<std::uint8_t>(bytes[static_cast<std::size_t>(80 + i)]);
+    for (int i = 3; i >= 0; --i) facets = facets << 8 | static_cast<std::uint8_t>(bytes[80 + i]);
     if (bytes.size() == kBinaryHead + kBinaryFacet * static_cast<std::uintmax_t>(facets)) {
       if (facets > limits.triangles)
         refuse(source, fmt::format("{} triangles", facets), fmt::format("at most {}", limits.triangles));
@@ -158,7 +157,7 @@ class SourceCheck {
     throw InputError(fmt::format("{}:{}", printable(source_), element.line), found, expected);
   }
 
-  int parent(int index) const { return index < 0 ? -1 : elements_[static_cast<std::size_t>(index)].parent; }
+  int parent(int index) const { return index < 0 ? -1 : elements_[index].parent; }
 
   const XmlElement* array_of(int holder, const std::string& id) const {
     for (const XmlElement& element : elements_) {

@@ -34,8 +34,7 @@ class Reader {
       : source_(source), elements_(scan_xml(xml, source)), attributes_(elements_, source), notes_(notes) {
     if (elements_[0].tag != "mujoco") attributes_.refuse(0, quoted(elements_[0].tag), "the root element mujoco");
     children_.resize(elements_.size());
-    for (std::size_t i = 1; i < elements_.size(); ++i)
-      children_[static_cast<std::size_t>(elements_[i].parent)].push_back(static_cast<int>(i));
+    for (std::size_t i = 1; i < elements_.size(); ++i) children_[elements_[i].parent].push_back(static_cast<int>(i));
   }
 
   MjcfModel read() {
@@ -67,14 +66,14 @@ class Reader {
     int link = 0;
   };
 
-  const std::string& tag(int element) const { return elements_[static_cast<std::size_t>(element)].tag; }
-  const std::vector<int>& children(int element) const { return children_[static_cast<std::size_t>(element)]; }
+  const std::string& tag(int element) const { return elements_[element].tag; }
+  const std::vector<int>& children(int element) const { return children_[element]; }
   void note(const std::string& text) {
     if (notes_ != nullptr && noted_.insert(text).second) notes_->push_back(text);
   }
 
   std::string name_of(int element, const std::string& otherwise) const {
-    const std::string* name = elements_[static_cast<std::size_t>(element)].find("name");
+    const std::string* name = elements_[element].find("name");
     return name != nullptr && !name->empty() ? *name : otherwise;
   }
 
@@ -213,7 +212,7 @@ class Reader {
     const bool from_geoms = attributes_.inertia_from_geoms(inertial >= 0);
     take_geoms(body, frame, from_geoms);
     if (!from_geoms && inertial >= 0) weld(frame, read_inertial(inertial));
-    const double mass = links_[static_cast<std::size_t>(frame.link)].inertial.mass;
+    const double mass = links_[frame.link].inertial.mass;
     if (moves && !(mass > 0.0) && children_have_no_mass(body))
       attributes_.refuse(body, "a moving body without mass", "an inertial, or geoms of simple shape");
   }
@@ -245,21 +244,19 @@ class Reader {
 
   /// `inertial` in the file's body frame, into the link.
   void weld(const Frame& frame, const Inertial& inertial) {
-    Link& link = links_[static_cast<std::size_t>(frame.link)];
+    Link& link = links_[frame.link];
     const Inertial seen = inertial.seen_from(in_link(frame));
     link.inertial = link.inertial.mass > 0.0 ? welded(link.inertial, seen) : seen;
   }
 
   /// The file's body frame in the link's: apart only by a joint's anchor.
-  Eigen::Isometry3d in_link(const Frame& frame) const {
-    return links_[static_cast<std::size_t>(frame.link)].in_body.inverse() * frame.pose;
-  }
+  Eigen::Isometry3d in_link(const Frame& frame) const { return links_[frame.link].in_body.inverse() * frame.pose; }
 
   void take_geoms(int body, const Frame& frame, bool weigh) {
     for (const int child : children(body)) {
       if (tag(child) != "geom") continue;
       MjcfGeom geom = read_mjcf_geom(attributes_, child);
-      Link& link = links_[static_cast<std::size_t>(frame.link)];
+      Link& link = links_[frame.link];
       if (geom.mesh && weigh) attributes_.refuse(child, "a mesh that should say what the body weighs", "an inertial");
       if (geom.mesh) note("link " + printable(link.name, 60) + ": its mesh is not drawn");
       if (weigh && geom.inertial.mass > 0.0) weld(frame, geom.inertial);
@@ -278,7 +275,7 @@ class Reader {
     if (at == joints_.end()) attributes_.refuse(element, "the joint " + quoted(*joint_name), "a joint of the file");
     if (kind != "motor" && kind != "general" && kind != "position" && kind != "velocity")
       return note("actuator " + shown + ": left out, a " + printable(kind, 40) + " is not understood");
-    Drive& drive = drives_[static_cast<std::size_t>(at - joints_.begin())];
+    Drive& drive = drives_[at - joints_.begin()];
     if (drive.driven) attributes_.refuse(element, "a second actuator of " + quoted(*joint_name), "one a joint");
     const auto gears = attributes_.numbers(element, "gear", 1, 6);
     const double gear = gears ? gears->front() : 1.0;

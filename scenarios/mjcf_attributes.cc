@@ -20,8 +20,8 @@ constexpr std::size_t kMostClasses = 500, kMostDefaults = 64, kLongestDefault = 
 
 MjcfAttributes::MjcfAttributes(const std::vector<XmlElement>& elements, std::string source)
     : elements_(elements), source_(std::move(source)) {
-  for (int i = 1; i < static_cast<int>(elements_.size()); ++i) {
-    const XmlElement& element = elements_[static_cast<std::size_t>(i)];
+  for (int i = 1; i < std::ssize(elements_); ++i) {
+    const XmlElement& element = elements_[i];
     if (element.tag == "include") refuse(i, "an include", "everything in one file: no other is opened");
     if (element.parent != 0) continue;
     if (element.tag == "compiler") read_compiler(i);
@@ -30,7 +30,7 @@ MjcfAttributes::MjcfAttributes(const std::vector<XmlElement>& elements, std::str
 }
 
 std::string MjcfAttributes::where(int element) const {
-  const XmlElement& at = elements_[static_cast<std::size_t>(element)];
+  const XmlElement& at = elements_[element];
   const std::string* name = at.find("name");
   return fmt::format("{}:{}: {}{}", printable(source_), at.line, printable(at.tag, 40),
                      name != nullptr ? " " + printable(*name, 60) : "");
@@ -41,7 +41,7 @@ void MjcfAttributes::refuse(int element, const std::string& found, const std::st
 }
 
 void MjcfAttributes::read_compiler(int element) {
-  const XmlElement& compiler = elements_[static_cast<std::size_t>(element)];
+  const XmlElement& compiler = elements_[element];
   for (const auto& [key, value] : compiler.attributes) {
     if (key == "angle") {
       if (value != "degree" && value != "radian") refuse(element, "angle " + quoted(value), "degree or radian");
@@ -62,15 +62,15 @@ void MjcfAttributes::read_compiler(int element) {
 }
 
 void MjcfAttributes::read_defaults(int element, const Tags& inherited, int depth) {
-  const XmlElement& section = elements_[static_cast<std::size_t>(element)];
+  const XmlElement& section = elements_[element];
   const std::string* name = section.find("class");
   if (depth > 0 && name == nullptr) refuse(element, "a default without class", "class=\"...\"");
   const std::string key = name != nullptr ? *name : "main";
   // Each class holds all that it inherits.
   if (classes_.size() > kMostClasses) refuse(element, "one class more", fmt::format("at most {}", kMostClasses));
   Tags tags = inherited;
-  for (int i = element + 1; i < static_cast<int>(elements_.size()); ++i) {
-    const XmlElement& child = elements_[static_cast<std::size_t>(i)];
+  for (int i = element + 1; i < std::ssize(elements_); ++i) {
+    const XmlElement& child = elements_[i];
     if (child.parent != element || child.tag == "default") continue;
     if (kWithDefaults.count(child.tag) == 0) continue;
     for (const auto& [attribute, value] : child.attributes) {
@@ -84,22 +84,22 @@ void MjcfAttributes::read_defaults(int element, const Tags& inherited, int depth
   if (!classes_.emplace(depth == 0 ? "main" : key, tags).second)
     refuse(element, "the class " + quoted(key) + " twice", "it once");
   if (depth == 0 && key != "main") classes_.emplace(key, tags);
-  for (int i = element + 1; i < static_cast<int>(elements_.size()); ++i) {
-    const XmlElement& child = elements_[static_cast<std::size_t>(i)];
+  for (int i = element + 1; i < std::ssize(elements_); ++i) {
+    const XmlElement& child = elements_[i];
     if (child.parent == element && child.tag == "default") read_defaults(i, tags, depth + 1);
   }
 }
 
 std::string MjcfAttributes::class_of(int element) const {
-  const XmlElement& at = elements_[static_cast<std::size_t>(element)];
+  const XmlElement& at = elements_[element];
   if (const std::string* own = at.find("class")) return *own;
-  for (int up = at.parent; up >= 0; up = elements_[static_cast<std::size_t>(up)].parent)
-    if (const std::string* children = elements_[static_cast<std::size_t>(up)].find("childclass")) return *children;
+  for (int up = at.parent; up >= 0; up = elements_[up].parent)
+    if (const std::string* children = elements_[up].find("childclass")) return *children;
   return "main";
 }
 
 std::optional<std::string> MjcfAttributes::text(int element, const std::string& attribute) const {
-  const XmlElement& at = elements_[static_cast<std::size_t>(element)];
+  const XmlElement& at = elements_[element];
   if (const std::string* own = at.find(attribute)) return *own;
   const std::string name = class_of(element);
   const auto tags = classes_.find(name);

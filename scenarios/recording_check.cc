@@ -36,7 +36,7 @@ const std::vector<double>& column_of(const Recording& data, const std::string& c
   if (index < 0)
     throw InputError(where, fmt::format("the column {}, which {} does not have", quoted(column), printable(data.file)),
                      one_of(data.names));
-  return data.columns[static_cast<std::size_t>(index)];
+  return data.columns[index];
 }
 
 /// A logger stopped before the last line held its time and commands: that line is no sample.
@@ -47,7 +47,7 @@ void drop_unusable_cut_row(Recording& data, const ChannelSpecs& channels, std::v
     for (const auto& [unused, spec] : commands->second) needed.insert(spec.column);
   const bool unusable = std::any_of(needed.begin(), needed.end(), [&](const std::string& name) {
     const int index = data.find(name);
-    return index >= 0 && std::isnan(data.columns[static_cast<std::size_t>(index)].back());
+    return index >= 0 && std::isnan(data.columns[index].back());
   });
   if (!unusable) return;
   for (auto& column : data.columns) {

@@ -31,7 +31,7 @@ void check_joint(const Joint& joint, int index, const std::vector<Link>& links, 
     refuse("parent", fmt::format("body {}", joint.parent), fmt::format("-1 (the world) to {}", index - 1));
   if (joint.link < 0 || joint.link >= static_cast<int>(links.size()))
     refuse("link", fmt::format("index {}", joint.link), "the index of a link");
-  const Link& link = links[static_cast<std::size_t>(joint.link)];
+  const Link& link = links[joint.link];
   if (link.body != index || !link.in_body.isApprox(Eigen::Isometry3d::Identity(), 0.0))
     refuse("link", "link " + printable(link.name) + " away from the body's frame", "the joint's child link in it");
   if (!is_rigid(joint.origin)) refuse("origin", "no finite rotation and translation", "a rigid placement");
@@ -125,21 +125,21 @@ Robot::Robot(std::string name, std::vector<Joint> joints, std::vector<Link> link
   }
   std::vector<bool> has_child(joints_.size(), false);
   for (int i = 0; i < dof(); ++i) {
-    const Joint& joint = joints_[static_cast<std::size_t>(i)];
+    const Joint& joint = joints_[i];
     const std::string where = file + ": joint " + printable(joint.name, 60);
     insert_once(joint_names, joint.name, where);
     check_joint(joint, i, links_, where);
-    if (joint.parent >= 0) has_child[static_cast<std::size_t>(joint.parent)] = true;
+    if (joint.parent >= 0) has_child[joint.parent] = true;
   }
   for (int i = 0; i < dof(); ++i) {
-    const Joint& joint = joints_[static_cast<std::size_t>(i)];
+    const Joint& joint = joints_[i];
     const std::string where = file + ": joint " + printable(joint.name, 60);
     const Inertial moved = body_inertial(i);
     if (!(moved.mass > 0.0)) throw InputError(where, "a moved link without mass", "a mass above 0 kg");
     // With nothing beyond it, a joint that turns no inertia could be accelerated without effort.
     const double turned =
         joint.axis.dot(moved.inertia * joint.axis) + moved.mass * joint.axis.cross(moved.com).squaredNorm();
-    if (!joint.prismatic() && !has_child[static_cast<std::size_t>(i)] && !(turned > 0.0))
+    if (!joint.prismatic() && !has_child[i] && !(turned > 0.0))
       throw InputError(where, "no inertia about its axis", "an inertia, or a mass away from the axis");
   }
   tool_ = find_tool(links_);
@@ -147,7 +147,7 @@ Robot::Robot(std::string name, std::vector<Joint> joints, std::vector<Link> link
 
 std::optional<int> Robot::find_joint(const std::string& name) const {
   for (int i = 0; i < dof(); ++i)
-    if (joints_[static_cast<std::size_t>(i)].name == name) return i;
+    if (joints_[i].name == name) return i;
   return std::nullopt;
 }
 
@@ -187,7 +187,7 @@ std::shared_ptr<const Robot> Robot::with_joints_fixed(const std::vector<bool>& f
   std::vector<Ride> rides;
   std::vector<Joint> joints;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const Ride parent = joints_[i].parent < 0 ? Ride{} : rides[static_cast<std::size_t>(joints_[i].parent)];
+    const Ride parent = joints_[i].parent < 0 ? Ride{} : rides[joints_[i].parent];
     Joint joint = joints_[i];
     joint.parent = parent.body;
     joint.origin = parent.pose * joint.origin;
@@ -201,7 +201,7 @@ std::shared_ptr<const Robot> Robot::with_joints_fixed(const std::vector<bool>& f
   std::vector<Link> links = links_;
   for (Link& link : links) {
     if (link.body < 0) continue;
-    const Ride& ride = rides[static_cast<std::size_t>(link.body)];
+    const Ride& ride = rides[link.body];
     link.body = ride.body;
     link.in_body = ride.pose * link.in_body;
   }
@@ -213,8 +213,7 @@ std::vector<Eigen::Isometry3d> Robot::link_poses(std::span<const Eigen::Isometry
     throw std::invalid_argument(fmt::format("{} body poses for {} bodies", body_poses.size(), joints_.size()));
   std::vector<Eigen::Isometry3d> out;
   out.reserve(links_.size());
-  for (const Link& link : links_)
-    out.push_back(link.body < 0 ? link.in_body : body_poses[static_cast<std::size_t>(link.body)] * link.in_body);
+  for (const Link& link : links_) out.push_back(link.body < 0 ? link.in_body : body_poses[link.body] * link.in_body);
   return out;
 }
 

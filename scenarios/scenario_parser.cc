@@ -87,7 +87,7 @@ void ScenarioParser::parse_head() {
   if (const auto gravity = root_.find("gravity")) {
     const auto parts = gravity->items();
     if (parts.size() != 3) gravity->fail("three numbers [x, y, z], m/s^2");
-    for (int i = 0; i < 3; ++i) out_.gravity[i] = parts[static_cast<std::size_t>(i)].number();
+    for (int i = 0; i < 3; ++i) out_.gravity[i] = parts[i].number();
   }
   if (const auto period = root_.find("sample_period")) out_.sample_period = period->positive_number();
   if (const auto mass = root_.find("total_mass")) out_.total_mass = mass->positive_number();
@@ -396,8 +396,8 @@ void ScenarioParser::parse_payloads(const YamlCursor& section) {
     spec.effect = "payload";
     spec.place = "arm";
     entry.at("name").text();  // for people
-    const std::size_t before = static_cast<std::size_t>(std::count_if(
-        out_.effects.begin(), out_.effects.end(), [](const EffectSpec& e) { return e.effect == "payload"; }));
+    const std::size_t before = std::count_if(out_.effects.begin(), out_.effects.end(),
+                                             [](const EffectSpec& e) { return e.effect == "payload"; });
     const auto mass = entry.find("mass");
     spec.parameters["m"] = mass ? mass->positive_number() : kFirstGuess;
     if (const auto place = entry.find("place")) {

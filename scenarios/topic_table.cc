@@ -122,7 +122,7 @@ int TopicTable::declare(const std::string& topic, const std::string& type, const
   if (topic.empty() || find_invalid_utf8(topic) != std::string::npos)
     throw InputError(printable(file_), "the topic " + quoted(topic), "a name in UTF-8");
   const auto known = handles_.find(topic);
-  if (known != handles_.end() && topics_[static_cast<std::size_t>(known->second)]->type->name != type)
+  if (known != handles_.end() && topics_[known->second]->type->name != type)
     throw InputError(printable(file_) + ": " + printable(topic, 80), "messages of two types", "one type a topic");
   if (known != handles_.end()) return known->second;
   const RosType* found = encoding == "cdr" ? find_ros_type(type) : nullptr;
@@ -138,7 +138,7 @@ int TopicTable::declare(const std::string& topic, const std::string& type, const
 }
 
 void TopicTable::add(int handle, std::int64_t log_ns, std::string_view message) {
-  Topic& topic = *topics_[static_cast<std::size_t>(handle)];
+  Topic& topic = *topics_[handle];
   if (topic.unread) return;
   ++topic.messages;
   try {

@@ -96,7 +96,7 @@ class Converter {
     place_link(outline_.root, -1, Eigen::Isometry3d::Identity());
     for (const auto& entry : outline_.joints) {
       const urdf::Joint& joint = *model_.getJoint(entry.name);
-      const Link& parent = links_[static_cast<std::size_t>(entry.parent)];
+      const Link& parent = links_[entry.parent];
       const Eigen::Isometry3d origin = parent.in_body * to_pose(joint.parent_to_joint_origin_transform);
       note_ignored(joint);
       if (entry.type == "fixed") {
@@ -111,9 +111,9 @@ class Converter {
 
  private:
   void place_link(int index, int body, const Eigen::Isometry3d& in_body) {
-    const auto& entry = outline_.links[static_cast<std::size_t>(index)];
+    const auto& entry = outline_.links[index];
     const urdf::Link& in = *model_.getLink(entry.name);
-    Link& link = links_[static_cast<std::size_t>(index)];
+    Link& link = links_[index];
     link.name = entry.name;
     link.body = body;
     link.in_body = in_body;

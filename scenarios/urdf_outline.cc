@@ -61,9 +61,8 @@ class Outliner {
   /// Whether the element belongs to the robot's links and joints, not to an extension (transmission, gazebo, ...).
   bool is_ours(const XmlElement& element) const {
     int at = static_cast<int>(&element - elements_.data());
-    while (at > 0 && elements_[static_cast<std::size_t>(at)].parent > 0)
-      at = elements_[static_cast<std::size_t>(at)].parent;
-    const std::string& top = elements_[static_cast<std::size_t>(at)].tag;
+    while (at > 0 && elements_[at].parent > 0) at = elements_[at].parent;
+    const std::string& top = elements_[at].tag;
     return top == "link" || top == "joint" || top == "material";
   }
 
@@ -113,7 +112,7 @@ class Outliner {
       refuse(element, "the link " + quoted(name) + " twice", "unique names");
     out_.links.push_back({name, place(element) + ": link " + printable(name, 60), -1});
     if (only_child(index, "inertial") == nullptr) return;
-    const auto inertial = static_cast<std::size_t>(only_child(index, "inertial") - elements_.data());
+    const std::size_t inertial = only_child(index, "inertial") - elements_.data();
     for (const char* part : {"mass", "inertia"})
       if (only_child(inertial, part) == nullptr)
         refuse(elements_[inertial], fmt::format("<inertial> without <{}>", part), "mass and inertia");
@@ -149,11 +148,11 @@ class Outliner {
       throw InputError(joint.where, "no <limit>", "one, as URDF asks for " + joint.type + " joints");
     only_child(index, "origin");
     only_child(index, "axis");
-    auto& child = out_.links[static_cast<std::size_t>(joint.child)];
+    auto& child = out_.links[joint.child];
     if (child.joint >= 0)
       throw InputError(joint.where,
                        "the link " + quoted(child.name) + " as the child of a second joint (first of " +
-                           quoted(out_.joints[static_cast<std::size_t>(child.joint)].name) + ")",
+                           quoted(out_.joints[child.joint].name) + ")",
                        "a tree");
     child.joint = static_cast<int>(out_.joints.size());
     out_.joints.push_back(std::move(joint));
@@ -164,8 +163,7 @@ class Outliner {
       if (out_.links[i].joint >= 0) continue;
       if (out_.root >= 0)
         throw InputError(out_.links[i].where,
-                         "a second link without a parent (the first is " +
-                             quoted(out_.links[static_cast<std::size_t>(out_.root)].name) + ")",
+                         "a second link without a parent (the first is " + quoted(out_.links[out_.root].name) + ")",
                          "a tree with one root");
       out_.root = static_cast<int>(i);
     }
@@ -176,15 +174,15 @@ class Outliner {
   void sort_joints() {
     std::vector<UrdfOutline::JointEntry> sorted;
     std::vector<bool> placed(out_.links.size(), false), taken(out_.joints.size(), false);
-    placed[static_cast<std::size_t>(out_.root)] = true;
+    placed[out_.root] = true;
     bool progress = true;
     while (progress) {
       progress = false;
       for (std::size_t i = 0; i < out_.joints.size(); ++i) {
         const auto& joint = out_.joints[i];
-        if (taken[i] || !placed[static_cast<std::size_t>(joint.parent)]) continue;
-        taken[i] = placed[static_cast<std::size_t>(joint.child)] = progress = true;
-        out_.links[static_cast<std::size_t>(joint.child)].joint = static_cast<int>(sorted.size());
+        if (taken[i] || !placed[joint.parent]) continue;
+        taken[i] = placed[joint.child] = progress = true;
+        out_.links[joint.child].joint = static_cast<int>(sorted.size());
         sorted.push_back(joint);
       }
     }

@@ -127,11 +127,9 @@ std::string commented_urdf(const Robot& robot, std::span<const double> link_mass
   for (std::size_t i = 0; i < links.size(); ++i)
     put_link(xml, links[i], link_masses.empty() ? links[i].inertial.mass : link_masses[i]);
 
-  const auto carrier = [&](int body) {
-    return body < 0 ? world : links[static_cast<std::size_t>(robot.joints()[static_cast<std::size_t>(body)].link)].name;
-  };
+  const auto carrier = [&](int body) { return body < 0 ? world : links[robot.joints()[body].link].name; };
   for (int i = 0; i < robot.dof(); ++i) {
-    const Joint& joint = robot.joints()[static_cast<std::size_t>(i)];
+    const Joint& joint = robot.joints()[i];
     put_joint(xml, joint, carrier(joint.parent), carrier(i));
   }
   for (const Link& link : links) {

@@ -51,7 +51,7 @@ class Scanner {
     throw InputError(fmt::format("{}:{}", source_, line_), found, expected);
   }
   bool starts(std::string_view prefix) const { return rest_.substr(0, prefix.size()) == prefix; }
-  std::string open_name() const { return printable(elements_[static_cast<std::size_t>(open_.back())].tag, 40); }
+  std::string open_name() const { return printable(elements_[open_.back()].tag, 40); }
 
   void skip(std::size_t count) {
     line_ += static_cast<int>(std::count(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(count), '\n'));
@@ -92,7 +92,7 @@ class Scanner {
   void close() {
     skip(2);
     const std::string name = take_name();
-    if (open_.empty() || elements_[static_cast<std::size_t>(open_.back())].tag != name)
+    if (open_.empty() || elements_[open_.back()].tag != name)
       refuse("</" + printable(name, 40) + ">", open_.empty() ? "no end tag" : "</" + open_name() + ">");
     skip_spaces();
     expect('>');

@@ -193,7 +193,7 @@ void YamlCursor::expect_keys(const std::vector<std::string>& keys) const {
 std::optional<YamlCursor> YamlCursor::find(const std::string& key) const {
   const auto at = std::find(node_->keys.begin(), node_->keys.end(), key);
   if (at == node_->keys.end()) return std::nullopt;
-  return child(node_->items[static_cast<std::size_t>(at - node_->keys.begin())], step_text(key));
+  return child(node_->items[at - node_->keys.begin()], step_text(key));
 }
 
 YamlCursor YamlCursor::at(const std::string& key) const {

@@ -25,7 +25,7 @@ class Designer {
   Designer(const Trial& trial, const MotionLimits& limits) : trial_(trial), limits_(limits) {
     if (trial.scenario.pressure_driven)
       throw InputError(trial.scenario.file.string() + ": prediction", "pressure_driven", "joints that commands drive");
-    const std::size_t n = static_cast<std::size_t>(trial.model->dof());
+    const std::size_t n = trial.model->dof();
     const auto commands = trial.scenario.channels.of.find(ChannelKind::command);
     for (std::size_t j = 0; j < n; ++j) {
       const bool driven = commands != trial.scenario.channels.of.end() &&
@@ -155,8 +155,7 @@ Shape shape_from_name(const std::string& name) { return enum_from_name<Shape>("-
 
 MotionLimits motion_limits(const Trial& trial, double command, double reach, double speed) {
   MotionLimits out = recorded_limits(trial.model->robot(), trial.experiment);
-  const Segment& first =
-      trial.experiment.segments[static_cast<std::size_t>(trial.experiment.with_role(Role::train).front())];
+  const Segment& first = trial.experiment.segments[trial.experiment.with_role(Role::train).front()];
   for (std::size_t j = 0; j < out.command.size(); ++j) {
     if (!std::isnan(command)) out.command[j] = command;
     if (!std::isnan(reach)) {
@@ -177,7 +176,7 @@ DesignResult design_excitation(const Trial& trial, const MotionLimits& limits, c
     parallel_for(
         options.threads, static_cast<int>(points.size()),
         [&](int, int piece) {
-          const std::size_t i = static_cast<std::size_t>(piece);
+          const std::size_t i = piece;
           const auto commands =
               designer.kept_within_limits(track_of(trial, limits, designer, courses, options.seconds, points[i]));
           out[i] = commands ? designer.cost(*commands) : HUGE_VAL;
@@ -202,7 +201,7 @@ DesignResult design_excitation(const Trial& trial, const MotionLimits& limits, c
       *designer.kept_within_limits(track_of(trial, limits, designer, courses, options.seconds, found.best)));
   out.step = designer.assessed("step", designer.largest_step(options.seconds));
   for (const int s : trial.experiment.with_role(Role::train)) {
-    const Segment& segment = trial.experiment.segments[static_cast<std::size_t>(s)];
+    const Segment& segment = trial.experiment.segments[s];
     if (out.recordings.size() < 4) out.recordings.push_back(designer.assessed(segment.file, own_commands(segment)));
   }
   return out;

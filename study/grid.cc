@@ -146,7 +146,7 @@ OutputTrace trace_output(const Trial& trial, const SettingRecord& setting) {
   });
   const SearchRun& median = setting.runs[order[(order.size() - 1) / 2]];
   const int first = trial.experiment.with_role(Role::train).front();
-  const Segment& segment = trial.experiment.segments[static_cast<std::size_t>(first)];
+  const Segment& segment = trial.experiment.segments[first];
   const Channel& channel = trial.experiment.channels.front();
   const double scale = trial.output_scale != 1.0 ? trial.output_scale / trial.weights.front() : 1.0;
   out.file = segment.file;

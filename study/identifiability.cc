@@ -23,14 +23,13 @@ bool is_mass(const Trial& trial, std::size_t coordinate) { return trial.box.name
 
 /// d combination / d coordinate, central differences; rows in the order of combinations().
 Eigen::MatrixXd combination_slopes(const Trial& trial, std::span<const double> point, std::size_t rows) {
-  Eigen::MatrixXd out(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(point.size()));
+  Eigen::MatrixXd out(rows, point.size());
   for (std::size_t i = 0; i < point.size(); ++i) {
     const double step = 1e-6 * coordinate_size(point[i], trial.box.lower[i], trial.box.upper[i]);
     std::vector<double> up(point.begin(), point.end()), down = up;
     up[i] += step, down[i] -= step;
     const auto a = combinations(trial, up), b = combinations(trial, down);
-    for (std::size_t k = 0; k < rows; ++k)
-      out(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) = (a[k].value - b[k].value) / (2.0 * step);
+    for (std::size_t k = 0; k < rows; ++k) out(k, i) = (a[k].value - b[k].value) / (2.0 * step);
   }
   return out;
 }
@@ -69,14 +68,14 @@ void assess_combinations(const Trial& trial, std::span<const double> point, cons
   const Eigen::MatrixXd slopes = combination_slopes(trial, point, out.combinations.size());
   const Eigen::MatrixXd covariance = slopes * covariance_within_bounds(trial, jacobian) * slopes.transpose();
   for (std::size_t k = 0; k < out.combinations.size(); ++k) {
-    const double variance = covariance(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k));
+    const double variance = covariance(k, k);
     out.combination_error.push_back(std::sqrt(std::max(variance, 0.0)) / std::fabs(out.combinations[k].value));
   }
   for (const auto& [i, j] :
        {std::pair<Eigen::Index, Eigen::Index>(0, 1), std::pair<Eigen::Index, Eigen::Index>(2, 3)}) {
     const std::vector<Eigen::Index> both{i, j};
-    const Combination& a = out.combinations[static_cast<std::size_t>(i)];
-    const Combination& b = out.combinations[static_cast<std::size_t>(j)];
+    const Combination& a = out.combinations[i];
+    const Combination& b = out.combinations[j];
     out.ellipses.push_back(ellipse_of(a.name, a.unit, a.value, b.name, b.unit, b.value, covariance(both, both)));
   }
 }
@@ -84,9 +83,9 @@ void assess_combinations(const Trial& trial, std::span<const double> point, cons
 }  // namespace
 
 Eigen::VectorXd bound_deviations(const Trial& trial) {
-  Eigen::VectorXd out(static_cast<Eigen::Index>(trial.box.lower.size()));
+  Eigen::VectorXd out(trial.box.lower.size());
   for (std::size_t i = 0; i < trial.box.lower.size(); ++i)
-    out(static_cast<Eigen::Index>(i)) = (trial.box.upper[i] - trial.box.lower[i]) / std::sqrt(12.0);
+    out(i) = (trial.box.upper[i] - trial.box.lower[i]) / std::sqrt(12.0);
   return out;
 }
 
@@ -96,10 +95,9 @@ Eigen::MatrixXd sensitivities(const Task& task, std::span<const double> point) {
   const std::vector<double> inner = inner_point(task, point);
   const Eigen::VectorXd at = problem.residual(inner, task.train);
   const Eigen::MatrixXd moving = problem.jacobian(inner, at, task.train);
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(moving.rows(), static_cast<Eigen::Index>(point.size()));
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(moving.rows(), point.size());
   for (std::size_t i = 0, k = 0; i < point.size(); ++i) {
-    if (trial.axes[i].parameter >= 0)
-      out.col(static_cast<Eigen::Index>(i)) = moving.col(static_cast<Eigen::Index>(k++));
+    if (trial.axes[i].parameter >= 0) out.col(i) = moving.col(k++);
   }
   return out;
 }
@@ -117,11 +115,11 @@ Excitation assess(const Task& task, std::span<const double> point, const std::st
     out.assumption = "total mass known";
     jacobian.conservativeResize(jacobian.rows() + 1, Eigen::NoChange);
     for (std::size_t i = 0; i < point.size(); ++i)
-      jacobian(jacobian.rows() - 1, static_cast<Eigen::Index>(i)) = is_mass(trial, i) ? 1.0 / kGram : 0.0;
+      jacobian(jacobian.rows() - 1, i) = is_mass(trial, i) ? 1.0 / kGram : 0.0;
   }
   Eigen::VectorXd sizes(jacobian.cols());
   for (std::size_t i = 0; i < point.size(); ++i)
-    sizes(static_cast<Eigen::Index>(i)) = coordinate_size(point[i], trial.box.lower[i], trial.box.upper[i]);
+    sizes(i) = coordinate_size(point[i], trial.box.lower[i], trial.box.upper[i]);
   const Identifiability known = identifiability(sizes, jacobian, 1.0, 1.0);
   out.rank = known.rank;
   const bool all_move = std::all_of(moves.begin(), moves.end(), [](bool x) { return x; });
@@ -140,8 +138,7 @@ Excitation assess(const Task& task, std::span<const double> point, const std::st
 }
 
 std::vector<double> rest_position(const Trial& trial, std::span<const double> values) {
-  const std::vector<double> measured =
-      trial.experiment.segments[static_cast<std::size_t>(trial.experiment.with_role(Role::train).front())].q0;
+  const std::vector<double> measured = trial.experiment.segments[trial.experiment.with_role(Role::train).front()].q0;
   const CommandTrack still = step_commands(trial, std::vector<double>(measured.size(), 0.0), kSettle);
   SimulatorOptions options;
   options.max_step = trial.step.step;
@@ -154,7 +151,7 @@ std::vector<double> rest_position(const Trial& trial, std::span<const double> va
     make_simulator(*trial.model, experiment, options)->run(one, segments, [&](int, int, const auto& predicted) {
       for (std::size_t c = 0; c < predicted.size(); ++c) {
         if (experiment.channels[c].kind != ChannelKind::position) continue;
-        double& q = at[static_cast<std::size_t>(experiment.channels[c].joint)];
+        double& q = at[experiment.channels[c].joint];
         const double end = predicted[c].back();
         moved = std::isfinite(end) ? std::max(moved, std::fabs(end - q)) : HUGE_VAL;
         q = end;
@@ -187,7 +184,7 @@ std::vector<Excitation> assess_all(const Trial& trial) {
     motions.emplace_back(segment.file, make_task(trial, alone, std::nullopt, "featherstone", nullptr));
   }
   if (std::holds_alternative<FreeRun>(trial.scenario.prediction)) {
-    std::vector<double> volts(static_cast<std::size_t>(trial.model->dof()), 0.0);
+    std::vector<double> volts(trial.model->dof(), 0.0);
     for (const Segment& segment : trial.experiment.segments) {
       for (std::size_t j = 0; j < volts.size(); ++j) {
         for (const double u : segment.commands->value[j]) volts[j] = std::max(volts[j], std::fabs(u));

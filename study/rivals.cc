@@ -35,11 +35,10 @@ bool better(const MethodRecord& a, const MethodRecord& b, std::size_t level) {
 
 void recommend(RivalsRecord& record) {
   for (std::size_t m = 0; m < record.methods.size(); ++m) {
-    if (record.recommended < 0 ||
-        better(record.methods[m], record.methods[static_cast<std::size_t>(record.recommended)], 0))
+    if (record.recommended < 0 || better(record.methods[m], record.methods[record.recommended], 0))
       record.recommended = static_cast<int>(m);
   }
-  const MethodRecord& best = record.methods[static_cast<std::size_t>(record.recommended)];
+  const MethodRecord& best = record.methods[record.recommended];
   const auto words = [](const MethodRecord& m) {
     const double median = quartiles_of(m.reached[0]).median;
     const std::string when =
@@ -130,8 +129,7 @@ RecoveryRecord summarise_recovery(const Trial& trial, const RivalsPlan& plan, co
     describe_fit(*trial.model, task.space, problem, task.train, fit);
     if (out.parameters.empty()) {
       for (const Estimate& e : fit.estimates)
-        out.parameters.push_back(
-            {e.name, e.unit, truth[static_cast<std::size_t>(trial.model->find(e.name))], {}, {}, {}, {}});
+        out.parameters.push_back({e.name, e.unit, truth[trial.model->find(e.name)], {}, {}, {}, {}});
     }
     for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
       const Estimate& e = fit.estimates[i];

@@ -105,7 +105,7 @@ Robustness::Robustness(const Trial& trial, int seeds, std::uint64_t seed, int po
         simulate_truth(*trial.model, segment, clean_.channels, trial.model->values_in(segment.file, values), options);
     for (std::size_t c = 0; c < clean_.channels.size(); ++c) {
       if (clean_.channels[c].kind != ChannelKind::position) continue;
-      const std::size_t j = static_cast<std::size_t>(clean_.channels[c].joint);
+      const std::size_t j = clean_.channels[c].joint;
       segment.q0[j] = segment.measured[c].front();
       segment.v0[j] = 0.0;
     }
@@ -152,10 +152,9 @@ Experiment Robustness::spoilt(const Condition& condition, std::uint64_t seed) co
     // As for any recording, the start is what was measured there.
     for (std::size_t c = 0; c < out.channels.size(); ++c) {
       if (out.channels[c].kind != ChannelKind::position) continue;
-      segment.q0[static_cast<std::size_t>(out.channels[c].joint)] =
-          local_state(segment.commands->time, segment.measured[c], 0, 0, segment.count,
-                      std::max(condition.noise, 1e-3) * trial_.weights[c])
-              .value;
+      segment.q0[out.channels[c].joint] = local_state(segment.commands->time, segment.measured[c], 0, 0, segment.count,
+                                                      std::max(condition.noise, 1e-3) * trial_.weights[c])
+                                              .value;
     }
   }
   return out;

@@ -128,7 +128,7 @@ std::string StudyRunner::carry_out(const std::vector<const Job*>& mine, const st
   parallel_for(
       options_.threads, static_cast<int>(mine.size()),
       [&](int, int piece) {
-        const Job& job = *mine[static_cast<std::size_t>(piece)];
+        const Job& job = *mine[piece];
         const std::string line = to_json(job.key, job.work()).dump() + "\n";
         const std::lock_guard lock(mutex);
         lines += line;
@@ -163,7 +163,7 @@ void StudyRunner::execute() {
 
   // Ranks meet after some runs each: often enough to lose little to a crash, seldom enough not to wait for each other.
   Ranks& ranks = *options_.ranks;
-  const std::size_t size = static_cast<std::size_t>(ranks.size());
+  const std::size_t size = ranks.size();
   const std::size_t block = size * kRunsBetweenMeetings;
   for (std::size_t begin = 0; begin < left.size(); begin += block) {
     const std::size_t end = std::min(left.size(), begin + block);

@@ -28,7 +28,7 @@ Quartiles quartiles_of(std::span<const double> values) {
   std::sort(sorted.begin(), sorted.end());
   const auto at = [&](double share) {
     const double place = share * static_cast<double>(sorted.size() - 1);
-    const std::size_t below = static_cast<std::size_t>(place);
+    const auto below = static_cast<std::size_t>(place);
     const double part = place - static_cast<double>(below);
     if (part == 0.0) return sorted[below];
     return sorted[below] + part * (sorted[below + 1] - sorted[below]);

@@ -61,7 +61,7 @@ void set_truth(Trial& trial, const Scenario& truth) {
     const int index = model.find(trial.box.names[i]);
     if (index < 0)
       throw InputError(truth.file.string(), "no parameter " + trial.box.names[i], "every one that is searched");
-    const double x = parameter_of(trial.axes[i], model.parameters()[static_cast<std::size_t>(index)].value);
+    const double x = parameter_of(trial.axes[i], model.parameters()[index].value);
     if (!(x >= trial.box.lower[i] && x <= trial.box.upper[i])) {
       throw InputError(truth.file.string(), fmt::format("{} outside the bounds of the search", trial.box.names[i]),
                        "a truth that the search can reach");
@@ -105,7 +105,7 @@ Trial make_trial(const Scenario& scenario, const Scenario* truth) {
   trial.start = space.start();
   for (std::size_t i = 0; i < space.size(); ++i) {
     Axis axis = space.axes()[i];
-    trial.units.push_back(full.parameters()[static_cast<std::size_t>(axis.parameter)].unit);
+    trial.units.push_back(full.parameters()[axis.parameter].unit);
     axis.parameter = trial.model->find(trial.box.names[i]);
     trial.axes.push_back(axis);
   }
@@ -187,11 +187,10 @@ std::vector<Combination> combinations(const Trial& trial, std::span<const double
   const std::vector<double> values = model_values(trial, point);
   const auto value = [&](const char* name) {
     const int index = model.find(joint + "." + name);
-    return index < 0 ? 0.0 : values[static_cast<std::size_t>(index)];
+    return index < 0 ? 0.0 : values[index];
   };
   const double stiffness = value("stiffness");
-  if (actuator_table()[static_cast<std::size_t>(model.actuators().front().type)].name != std::string("torque_source") ||
-      !(stiffness > 0.0))
+  if (actuator_table()[model.actuators().front().type].name != std::string("torque_source") || !(stiffness > 0.0))
     return {};
   const auto dynamics = find_engine("featherstone").build(model.robot_ptr(), model.gravity());
   dynamics->set_inertial(0, model.inertials(values).front());

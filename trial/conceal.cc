@@ -82,13 +82,12 @@ std::string csv_name(const std::string& file) {
 Recording recorded(const Scenario& scenario, const TrueMachine& machine, const Segment& segment, const Channels& moved,
                    const ConcealOptions& options) {
   const Experiment& experiment = machine.experiment();
-  const RecordingSpec& spec = scenario.recordings[static_cast<std::size_t>(segment.recording)];
+  const RecordingSpec& spec = scenario.recordings[segment.recording];
   const Recording& data = *spec.data;
   std::map<std::string, std::vector<double>> measured;
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
     const Channel& channel = experiment.channels[c];
-    const ColumnSpec& column =
-        scenario.channels.of.at(channel.kind).at(experiment.joint_names[static_cast<std::size_t>(channel.joint)]);
+    const ColumnSpec& column = scenario.channels.of.at(channel.kind).at(experiment.joint_names[channel.joint]);
     std::vector<double> values = moved[c];
     add_noise(values, segment.commands->time, channel.noise, experiment.sample_period, options.noise,
               RandomStream(options.seed, static_cast<std::uint32_t>(segment.recording), static_cast<std::uint32_t>(c),
@@ -103,7 +102,7 @@ Recording recorded(const Scenario& scenario, const TrueMachine& machine, const S
   std::vector<std::string> kept{scenario.channels.time};
   if (const auto commands = scenario.channels.of.find(ChannelKind::command); commands != scenario.channels.of.end())
     for (const auto& [unused, column] : commands->second) kept.push_back(column.column);
-  const auto& time = data.columns[static_cast<std::size_t>(data.find(scenario.channels.time))];
+  const auto& time = data.columns[data.find(scenario.channels.time)];
   const auto first = std::lower_bound(time.begin(), time.end(), spec.from.value_or(-HUGE_VAL)) - time.begin();
   Recording out;
   out.file = csv_name(spec.file);
@@ -126,7 +125,7 @@ Scenario handed_over(const Scenario& given, const Scenario& runs, const Experime
   leave_out_pressures_of_no_chamber(out);
   out.noise.clear();
   for (const Channel& channel : experiment.channels)
-    out.noise[channel.kind][experiment.joint_names[static_cast<std::size_t>(channel.joint)]] = channel.noise;
+    out.noise[channel.kind][experiment.joint_names[channel.joint]] = channel.noise;
   for (RecordingSpec& spec : out.recordings) {
     for (std::size_t r = 0; r < runs.recordings.size(); ++r)
       if (csv_name(runs.recordings[r].file) == csv_name(spec.file)) spec.data = recordings[r];
@@ -203,8 +202,7 @@ std::vector<std::shared_ptr<const Recording>> record_all(const Scenario& runs, c
   std::vector<std::shared_ptr<const Recording>> out(runs.recordings.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Segment& segment = experiment.segments[i];
-    out[static_cast<std::size_t>(segment.recording)] =
-        std::make_shared<const Recording>(recorded(runs, machine, segment, moved[i], options));
+    out[segment.recording] = std::make_shared<const Recording>(recorded(runs, machine, segment, moved[i], options));
   }
   return out;
 }
@@ -215,7 +213,7 @@ std::vector<std::pair<std::string, double>> truth_of(const TrueMachine& machine)
   if (machine.space().dependent() >= 0) free.push_back(machine.space().dependent());
   std::vector<std::pair<std::string, double>> out;
   for (const int index : free) {
-    const std::size_t i = static_cast<std::size_t>(index);
+    const std::size_t i = index;
     out.emplace_back(machine.plain().parameters()[i].name, machine.values()[i]);
   }
   return out;
@@ -224,7 +222,7 @@ std::vector<std::pair<std::string, double>> truth_of(const TrueMachine& machine)
 std::vector<std::pair<std::string, double>> noise_of(const Experiment& experiment) {
   std::vector<std::pair<std::string, double>> out;
   for (const Channel& channel : experiment.channels) {
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+    const std::string& joint = experiment.joint_names[channel.joint];
     const bool position = channel.kind == ChannelKind::position;
     out.emplace_back(position ? joint : joint + "." + to_string(channel.kind), channel.noise);
   }

@@ -19,7 +19,7 @@ HiddenEffect parse_hidden_effect(const std::string& text) {
   out.place = text.substr(first + 1, second == std::string::npos ? std::string::npos : second - first - 1);
   out.outside = outside_physics_named(out.effect);
   const int type = find_effect(out.effect);
-  if (!out.outside && (type < 0 || effect_table()[static_cast<std::size_t>(type)].learned)) {
+  if (!out.outside && (type < 0 || effect_table()[type].learned)) {
     std::vector<std::string> names = outside_physics_names();
     for (const EffectInfo& info : effect_table())
       if (!info.learned) names.emplace_back(info.name);

@@ -20,7 +20,7 @@ enum ImperfectionDraws : std::uint32_t { kRipple = 51, kPush = 52, kMisplaced = 
 std::shared_ptr<const Recording> held(const Recording& data, const std::vector<std::string>& columns) {
   auto out = std::make_shared<Recording>(data);
   for (const std::string& name : columns) {
-    std::vector<double>& column = out->columns[static_cast<std::size_t>(data.find(name))];
+    std::vector<double>& column = out->columns[data.find(name)];
     std::fill(column.begin(), column.end(), column.front());
   }
   return out;
@@ -46,7 +46,7 @@ Scenario shortened(const Scenario& scenario, const Imperfections& imperfections)
   for (RecordingSpec& spec : out.recordings) {
     if (!still.empty()) spec.data = held(*spec.data, still);
     if (!std::isfinite(imperfections.seconds)) continue;
-    const auto& time = spec.data->columns[static_cast<std::size_t>(spec.data->find(scenario.channels.time))];
+    const auto& time = spec.data->columns[spec.data->find(scenario.channels.time)];
     const double end = spec.from.value_or(time.front()) + imperfections.seconds;
     if (end < time.back()) spec.to = std::min(spec.to.value_or(HUGE_VAL), end);
   }
@@ -56,7 +56,7 @@ Scenario shortened(const Scenario& scenario, const Imperfections& imperfections)
 UnevenLaw drawn_unevenness(double share, int joint, Stage stage, const Travel& travel, RandomStream stream) {
   UnevenLaw out;
   out.over_command = stage <= Stage::flow;
-  const Travel::Range& range = (out.over_command ? travel.command : travel.position)[static_cast<std::size_t>(joint)];
+  const Travel::Range& range = (out.over_command ? travel.command : travel.position)[joint];
   if (!(range.width() > 0.0)) return out;
   out.share = share;
   out.centre = range.at(stream.uniform());
@@ -68,7 +68,7 @@ std::vector<EffectSpec> misplaced_centres(double most, const PlantModel& plain, 
                                           std::uint64_t seed) {
   std::vector<EffectSpec> out;
   for (int j = 0; j < plain.dof(); ++j) {
-    const std::string& joint = plain.robot().joints()[static_cast<std::size_t>(j)].name;
+    const std::string& joint = plain.robot().joints()[j].name;
     const bool taken =
         plain.find_effect_at("com_shift", joint) >= 0 || std::ranges::any_of(hidden, [&](const HiddenEffect& effect) {
           return effect.effect == "com_shift" && effect.place == joint;

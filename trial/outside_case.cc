@@ -21,7 +21,7 @@ constexpr double kSlowShare = 0.02;    // of the rms speed: below it friction at
 
 std::vector<double> spread(const Range& range) {
   std::vector<double> out(kCurvePoints);
-  for (int k = 0; k < kCurvePoints; ++k) out[static_cast<std::size_t>(k)] = range.at(k / (kCurvePoints - 1.0));
+  for (int k = 0; k < kCurvePoints; ++k) out[k] = range.at(k / (kCurvePoints - 1.0));
   return out;
 }
 
@@ -80,8 +80,7 @@ std::vector<std::string> over(const OutsidePhysics& physics, const Experiment& e
   switch (info_of(physics.kind).over) {
     case OutsideWay::position: return {"q"};
     case OutsideWay::position_and_direction: return {"q", "v"};
-    case OutsideWay::other_position:
-      return {experiment.joint_names[static_cast<std::size_t>(physics.form.other)] + ".q"};
+    case OutsideWay::other_position: return {experiment.joint_names[physics.form.other] + ".q"};
     case OutsideWay::command: return {"u"};
     case OutsideWay::time: break;
   }
@@ -93,7 +92,7 @@ std::vector<LawRecord::Point> curve(const OutsidePhysics& physics, const Travel&
   const OutsideWay way = info_of(physics.kind).over;
   if (way == OutsideWay::time) return out;
   const int joint = way == OutsideWay::other_position ? physics.form.other : physics.joint;
-  const Range& range = (way == OutsideWay::command ? travel.command : travel.position)[static_cast<std::size_t>(joint)];
+  const Range& range = (way == OutsideWay::command ? travel.command : travel.position)[joint];
   if (way == OutsideWay::position_and_direction) {
     for (const double direction : {-1.0, 1.0})
       for (const double x : spread(range)) out.push_back({{x, direction}, outside_law(physics, x, direction)});
@@ -114,7 +113,7 @@ std::vector<LawRecord::Event> events(const OutsidePhysics& physics, const Experi
   std::vector<LawRecord::Event> out;
   if (info_of(physics.kind).over != OutsideWay::time) return out;
   for (const Segment& segment : experiment.segments) {
-    const std::size_t r = static_cast<std::size_t>(segment.recording);
+    const std::size_t r = segment.recording;
     const double end = segment.time(segment.count - 1), clock = segment.commands->begin;
     for (const double from : physics.times[r])
       out.push_back({files[r], clock + from, clock + std::min(end, from + seconds_of(physics)), value_of(physics)});
@@ -126,7 +125,7 @@ std::vector<LawRecord::Event> events(const OutsidePhysics& physics, const Experi
 
 OutsidePhysics::Form drawn_form(const OutsidePhysics& physics, const Travel& travel, const Robot& robot,
                                 RandomStream stream, const std::string& where) {
-  const std::size_t j = static_cast<std::size_t>(physics.joint);
+  const std::size_t j = physics.joint;
   Form out;
   switch (physics.kind) {
     case Kind::position_ripple:
@@ -149,7 +148,7 @@ OutsidePhysics::Form drawn_form(const OutsidePhysics& physics, const Travel& tra
       return drawn_notch(travel.command[j], stream);
     case Kind::cable_drag: {
       out.other = neighbour(physics.joint, robot, where);
-      const Range& range = travel.position[static_cast<std::size_t>(out.other)];
+      const Range& range = travel.position[out.other];
       refuse_unmoved(range, "the neighbour's position", where);
       out.centre = uniform_in(range, 1.0 / 3.0, 2.0 / 3.0, stream);
       out.width = range.width() * stream.uniform(0.15, 0.4);
@@ -168,7 +167,7 @@ void repeat_samples(const std::vector<OutsidePhysics>& all, const Channel& chann
     if (physics.kind != Kind::repeated_samples || channel.kind != ChannelKind::position ||
         channel.joint != physics.joint)
       continue;
-    for (const double from : physics.times[static_cast<std::size_t>(segment.recording)]) {
+    for (const double from : physics.times[segment.recording]) {
       for (std::size_t k = 1; k < signal.size(); ++k)
         if (segment.time(k) >= from && segment.time(k) < from + physics.strength - kSameInstant)
           signal[k] = signal[k - 1];

@@ -46,7 +46,7 @@ bool true_besides(const BlindVerdict::Claim& claim, const BlindLabel& label) {
   if (type < 0) return false;
   if (label.has("misplaced") && (claim.effect == "com_shift" || claim.effect == "rigid_body")) return true;
   if (!label.has("uneven") && !label.has("drift")) return false;
-  const auto stage = [](int effect) { return effect_table()[static_cast<std::size_t>(effect)].stage; };
+  const auto stage = [](int effect) { return effect_table()[effect].stage; };
   return std::ranges::any_of(label.effects, [&](const BlindLabel::Effect& hidden) {
     const int law = find_effect(hidden.effect);
     return law >= 0 && hidden.place == claim.place && stage(law) == stage(type);

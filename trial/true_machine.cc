@@ -51,7 +51,7 @@ std::vector<double> perturbed(const PlantModel& model, const Scenario& scenario,
   const Box box = space.box(model);
   double before = 0.0, after = 0.0;
   for (std::size_t k = 0; k < free.size(); ++k) {
-    const std::size_t i = static_cast<std::size_t>(free[k]);
+    const std::size_t i = free[k];
     RandomStream stream(options.seed, static_cast<std::uint32_t>(i), 0, kPerturb);
     const double share =
         stream.uniform(options.perturb_least, options.perturb_most) * (stream.chance(0.5) ? 1.0 : -1.0);
@@ -110,7 +110,7 @@ double factor_for(double visibility, const std::string& name, double step, const
 
 Hidden::Hidden(const HiddenEffect& asked, const PlantModel& plain, const Experiment& experiment,
                std::span<const double> values)
-    : asked_(asked), info_(effect_table()[static_cast<std::size_t>(find_effect(asked.effect))]) {
+    : asked_(asked), info_(effect_table()[find_effect(asked.effect)]) {
   const auto joint = plain.robot().find_joint(asked.place);
   const std::string where = "--effect " + printable(asked.effect + ":" + asked.place, 80);
   if (info_.where == Where::joint && !joint) {
@@ -140,7 +140,7 @@ Hidden::Hidden(const HiddenEffect& asked, const PlantModel& plain, const Experim
 double Hidden::strength() const {
   const auto at = std::find_if(parameters_.begin(), parameters_.end(),
                                [&](const EffectParameter& p) { return p.info == &leading_parameter(info_); });
-  return values_[static_cast<std::size_t>(at - parameters_.begin())];
+  return values_[at - parameters_.begin()];
 }
 
 double Hidden::strength_of(const EffectSpec& spec) const {
@@ -273,8 +273,8 @@ std::vector<TrueMachine::Channels> TrueMachine::simulated(std::span<const int> s
   parallel_for(
       options_.threads, static_cast<int>(segments.size()),
       [&](int, int piece) {
-        const std::size_t i = static_cast<std::size_t>(piece);
-        Segment segment = experiment_.segments[static_cast<std::size_t>(segments[i])];
+        const std::size_t i = piece;
+        Segment segment = experiment_.segments[segments[i]];
         const PlantModel model = plain_.with_effects(effects_in(segment.recording, laws));
         std::vector<double> values = model.values();
         std::copy(values_.begin(), values_.end(), values.begin());
@@ -289,7 +289,7 @@ std::vector<TrueMachine::Channels> TrueMachine::simulated(std::span<const int> s
 }
 
 Travel TrueMachine::travel(const TrueLaws& laws) const {
-  const std::size_t n = static_cast<std::size_t>(plain_.dof());
+  const std::size_t n = plain_.dof();
   std::vector<Channel> channels;
   for (std::size_t k = 0; k < 2 * n; ++k) {
     channels.emplace_back();
@@ -305,7 +305,7 @@ Travel TrueMachine::travel(const TrueLaws& laws) const {
   for (std::size_t j = 0; j < n; ++j) {
     std::vector<double> position, speed, command;
     for (std::size_t i = 0; i < train_.size(); ++i) {
-      const Segment& segment = experiment_.segments[static_cast<std::size_t>(train_[i])];
+      const Segment& segment = experiment_.segments[train_[i]];
       const auto told = segment.commands->value[j].begin() + static_cast<std::ptrdiff_t>(segment.first);
       position.insert(position.end(), moved[i][j].begin(), moved[i][j].end());
       speed.insert(speed.end(), moved[i][n + j].begin(), moved[i][n + j].end());
@@ -323,12 +323,12 @@ std::pair<double, double> TrueMachine::visibility(const TrueLaws& laws, double t
   std::vector<Channels> moved = motion(train_, laws, tolerance);
   Experiment seen = experiment_;
   for (std::size_t i = 0; i < train_.size(); ++i) {
-    Segment& segment = seen.segments[static_cast<std::size_t>(train_[i])];
+    Segment& segment = seen.segments[train_[i]];
     for (std::size_t c = 0; c < seen.channels.size(); ++c)
       repeat_samples(laws.outside, seen.channels[c], segment, moved[i][c]);
     segment.measured = moved[i];
     for (std::size_t c = 0; c < seen.channels.size(); ++c) {
-      const std::size_t j = static_cast<std::size_t>(seen.channels[c].joint);
+      const std::size_t j = seen.channels[c].joint;
       if (seen.channels[c].kind == ChannelKind::position) segment.q0[j] = moved[i][c].front();
       if (seen.channels[c].kind == ChannelKind::position) segment.v0[j] = 0.0;
     }
@@ -490,8 +490,7 @@ void TrueMachine::set_strength(OutsidePhysics& physics, double strength) const {
 void TrueMachine::begin_at_samples(std::vector<std::vector<double>>& times) const {
   for (const Segment& segment : experiment_.segments) {
     const std::vector<double>& clock = segment.commands->time;
-    for (double& from : times[static_cast<std::size_t>(segment.recording)])
-      from = *std::lower_bound(clock.begin(), clock.end() - 1, from);
+    for (double& from : times[segment.recording]) from = *std::lower_bound(clock.begin(), clock.end() - 1, from);
   }
 }
 
@@ -503,7 +502,7 @@ std::vector<std::vector<double>> TrueMachine::drawn_times(std::size_t index) con
                         kWhen);
     const double span = segment.time(segment.count - 1);
     for (int third = 0; third < 3; ++third)
-      out[static_cast<std::size_t>(segment.recording)].push_back(span * (third + stream.uniform(0.15, 0.85)) / 3.0);
+      out[segment.recording].push_back(span * (third + stream.uniform(0.15, 0.85)) / 3.0);
   }
   return out;
 }

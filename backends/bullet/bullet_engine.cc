@@ -82,7 +82,7 @@ class BulletDynamics final : public Dynamics {
 
  protected:
   void do_set_inertial(int body, const Inertial& inertial) override {
-    inertials_[static_cast<std::size_t>(body)] = inertial;
+    inertials_[body] = inertial;
     stale_ = true;
   }
 
@@ -93,7 +93,7 @@ class BulletDynamics final : public Dynamics {
     set_state(q, v);
     apply(tau);
     for (int i = 0; i < dof(); ++i) {
-      body_->addLinkForce(i, to_bullet(inertials_[static_cast<std::size_t>(i)].mass * gravity_));
+      body_->addLinkForce(i, to_bullet(inertials_[i].mass * gravity_));
     }
     // A step of no length changes no rate; the accelerations are left behind the joints' scratch numbers, after six of
     // the base.
@@ -109,7 +109,7 @@ class BulletDynamics final : public Dynamics {
     }
     set_state(q, nullptr);
     body_->forwardKinematics(turns_, vectors_);
-    for (int i = 0; i < dof(); ++i) poses[static_cast<std::size_t>(i)] = pose_of(i);
+    for (int i = 0; i < dof(); ++i) poses[i] = pose_of(i);
   }
 
   Energy do_energy(const double* q, const double* v) override {
@@ -165,11 +165,11 @@ class BulletDynamics final : public Dynamics {
   }
 
   void add_link(int index) {
-    const Joint& joint = robot().joints()[static_cast<std::size_t>(index)];
-    const Inertial& inertial = inertials_[static_cast<std::size_t>(index)];
+    const Joint& joint = robot().joints()[index];
+    const Inertial& inertial = inertials_[index];
     links_.push_back(placement(inertial));
     const Placement& link = links_.back();
-    const Placement parent = joint.parent < 0 ? Placement{} : links_[static_cast<std::size_t>(joint.parent)];
+    const Placement parent = joint.parent < 0 ? Placement{} : links_[joint.parent];
     const btQuaternion turn = turn_of(link.axes.transpose() * joint.origin.linear().transpose() * parent.axes);
     const btVector3 axis = to_bullet(link.axes.transpose() * joint.axis);
     const btVector3 to_joint = to_bullet(parent.axes.transpose() * (joint.origin.translation() - parent.com));
@@ -199,7 +199,7 @@ class BulletDynamics final : public Dynamics {
     const btTransform& theirs = body_->getLink(index).m_cachedWorldTransform;
     Eigen::Matrix3d rotation;
     for (int r = 0; r < 3; ++r) rotation.row(r) = from_bullet(theirs.getBasis()[r]).transpose();
-    const Placement& link = links_[static_cast<std::size_t>(index)];
+    const Placement& link = links_[index];
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.linear() = rotation * link.axes.transpose();
     pose.translation() = from_bullet(theirs.getOrigin()) - pose.linear() * link.com;
@@ -248,7 +248,7 @@ class BulletEngine final : public Engine {
   }
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
-    inertials.reserve(static_cast<std::size_t>(robot->dof()));
+    inertials.reserve(robot->dof());
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
     return std::make_unique<BulletDynamics>(std::move(robot), gravity, std::move(inertials));
   }

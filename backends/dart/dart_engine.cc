@@ -83,7 +83,7 @@ class DartDynamics final : public Dynamics {
 
  protected:
   void do_set_inertial(int body, const Inertial& inertial) override {
-    inertials_[static_cast<std::size_t>(body)] = inertial;
+    inertials_[body] = inertial;
     body_node(body)->setInertia(to_dart(inertial));
   }
 
@@ -120,7 +120,7 @@ class DartDynamics final : public Dynamics {
       return;
     }
     set_state(q, rest_.data());
-    for (int i = 0; i < dof(); ++i) poses[static_cast<std::size_t>(i)] = body_node(i)->getWorldTransform();
+    for (int i = 0; i < dof(); ++i) poses[i] = body_node(i)->getWorldTransform();
   }
 
   Energy do_energy(const double* q, const double* v) override {
@@ -171,10 +171,9 @@ class DartDynamics final : public Dynamics {
   }
 
   void add_body(int index) {
-    const Joint& joint = robot().joints()[static_cast<std::size_t>(index)];
+    const Joint& joint = robot().joints()[index];
     dart::dynamics::BodyNode* const parent = joint.parent < 0 ? nullptr : body_node(joint.parent);
-    const dart::dynamics::BodyNode::AspectProperties body(fmt::format("b{}", index),
-                                                          to_dart(inertials_[static_cast<std::size_t>(index)]));
+    const dart::dynamics::BodyNode::AspectProperties body(fmt::format("b{}", index), to_dart(inertials_[index]));
     const auto place = [&](auto properties) {
       properties.mName = fmt::format("j{}", index);
       properties.mAxis = joint.axis;
@@ -247,7 +246,7 @@ class DartEngine final : public Engine {
   }
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
-    inertials.reserve(static_cast<std::size_t>(robot->dof()));
+    inertials.reserve(robot->dof());
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
     return std::make_unique<DartDynamics>(std::move(robot), gravity, inertials);
   }

@@ -20,7 +20,7 @@ class FeatherstoneDynamics final : public Dynamics {
   FeatherstoneDynamics(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity)
       : Dynamics(robot),
         tree_(*robot),
-        free_(static_cast<std::size_t>(robot->dof()), 1.0),
+        free_(robot->dof(), 1.0),
         imbalance_(free_.size()),
         fused_(fused_kernel(*robot)) {
     do_set_gravity(gravity);
@@ -41,7 +41,7 @@ class FeatherstoneDynamics final : public Dynamics {
   void do_set_inertial(int body, const Inertial& inertial) override {
     tree_.set_inertial(body, 0, inertial);
     if (fused_) fused_->set_inertial(body, inertial);
-    masses_[static_cast<std::size_t>(body)] = inertial;
+    masses_[body] = inertial;
   }
   void do_set_gravity(const Eigen::Vector3d& gravity) override {
     gravity_ = gravity;
@@ -79,7 +79,7 @@ class FeatherstoneDynamics final : public Dynamics {
   }
 
   void do_native_step(const std::string& integrator, double* q, double* v, const double* tau, double step) override {
-    const std::size_t n = static_cast<std::size_t>(dof());
+    const std::size_t n = dof();
     std::vector<double> a(n);
     if (integrator == "semi_implicit_euler") {
       do_forward_dynamics(q, v, tau, a.data());

@@ -94,7 +94,7 @@ std::vector<Mount> mounts_of(const Robot& robot) {
     mounts[i].parent = joints[i].parent;
     mounts[i].prismatic = joints[i].prismatic();
     mounts[i].align = frame(perpendicular(joints[i].axis), joints[i].axis);
-    if (joints[i].parent >= 0) children[static_cast<std::size_t>(joints[i].parent)].push_back(i);
+    if (joints[i].parent >= 0) children[joints[i].parent].push_back(i);
   }
   for (std::size_t i = n; i-- > 0;) {  // a child's own frame is settled before its parent's
     for (const std::size_t c : children[i]) {
@@ -105,7 +105,7 @@ std::vector<Mount> mounts_of(const Robot& robot) {
     if (joints[i].parent < 0) {
       mounts[i].to_rest = (joints[i].origin.linear() * mounts[i].align).transpose();
     } else {
-      connect(joints[i], mounts[static_cast<std::size_t>(joints[i].parent)], mounts[i]);
+      connect(joints[i], mounts[joints[i].parent], mounts[i]);
     }
   }
   return mounts;

@@ -93,8 +93,8 @@ class Tree {
   void hand_down_composite(const Body& body);
   void unit_force(const Body& body, Vec3<T>& moment, Vec3<T>& force) const;
   void carry_force(const Body& body, Vec3<T>& moment, Vec3<T>& force) const;
-  Body& parent_of(const Body& body) { return bodies_[static_cast<std::size_t>(body.mount.parent)]; }
-  const Body& parent_of(const Body& body) const { return bodies_[static_cast<std::size_t>(body.mount.parent)]; }
+  Body& parent_of(const Body& body) { return bodies_[body.mount.parent]; }
+  const Body& parent_of(const Body& body) const { return bodies_[body.mount.parent]; }
 
   std::vector<Body> bodies_;
   std::vector<Joint> joints_;  ///< of the robot, for poses

@@ -4,7 +4,7 @@
 namespace lacuna {
 
 template <class T>
-Tree<T>::Tree(const Robot& robot) : bodies_(static_cast<std::size_t>(robot.dof())), joints_(robot.joints()) {
+Tree<T>::Tree(const Robot& robot) : bodies_(robot.dof()), joints_(robot.joints()) {
   const std::vector<Mount> mounts = mounts_of(robot);
   for (std::size_t i = bodies_.size(); i-- > 0;) {
     Body& body = bodies_[i];
@@ -26,7 +26,7 @@ Tree<T>::Tree(const Robot& robot) : bodies_(static_cast<std::size_t>(robot.dof()
 
 template <class T>
 void Tree<T>::set_inertial(int index, int k, const Inertial& inertial) {
-  Body& body = bodies_[static_cast<std::size_t>(index)];
+  Body& body = bodies_[index];
   const Eigen::Matrix3d& align = body.mount.align;
   const Eigen::Vector3d c = align.transpose() * (inertial.com - body.mount.origin);
   const Eigen::Matrix3d about_com = align.transpose() * inertial.inertia * align;
@@ -46,7 +46,7 @@ void Tree<T>::set_inertial(int index, int k, const Inertial& inertial) {
 
 template <class T>
 void Tree<T>::set_armature(int joint, int k, double inertia) {
-  set_lane(bodies_[static_cast<std::size_t>(joint)].armature, k, inertia);
+  set_lane(bodies_[joint].armature, k, inertia);
 }
 
 template <class T>
@@ -382,8 +382,7 @@ void Tree<T>::body_poses(const T* q, std::vector<Eigen::Isometry3d>& poses) cons
   poses.resize(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Joint& joint = joints_[i];
-    Eigen::Isometry3d pose =
-        joint.parent < 0 ? joint.origin : poses[static_cast<std::size_t>(joint.parent)] * joint.origin;
+    Eigen::Isometry3d pose = joint.parent < 0 ? joint.origin : poses[joint.parent] * joint.origin;
     if (joint.prismatic()) {
       pose.translate(q[i] * joint.axis);
     } else {

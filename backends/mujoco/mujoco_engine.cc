@@ -44,27 +44,27 @@ constexpr int disabled = mjDSBL_CONSTRAINT | mjDSBL_EQUALITY | mjDSBL_FRICTIONLO
 // The inertial is a placeholder: off the body's origin and rotated by nothing, so that the compiler takes no shortcut
 // (mjModel::body_simple) that another inertial would make wrong.
 void put_body(XmlWriter& xml, const Robot& robot, const std::vector<std::vector<int>>& children, int body) {
-  const Joint& joint = robot.joints()[static_cast<std::size_t>(body)];
+  const Joint& joint = robot.joints()[body];
   const Eigen::Quaterniond turn(joint.origin.linear());
   xml.open("body").set("name", fmt::format("b{}", body)).set("pos", joint.origin.translation());
   xml.set("quat", {turn.w(), turn.x(), turn.y(), turn.z()});
   xml.open("inertial").set("pos", {0.1, 0.2, 0.3}).set("mass", 1.0).set("diaginertia", {1.0, 1.5, 2.0}).close();
   xml.open("joint").set("name", fmt::format("j{}", body)).set("type", joint.prismatic() ? "slide" : "hinge");
   xml.set("axis", joint.axis).close();
-  for (int child : children[static_cast<std::size_t>(body)]) put_body(xml, robot, children, child);
+  for (int child : children[body]) put_body(xml, robot, children, child);
   xml.close();
 }
 
 std::string mjcf(const Robot& robot) {
-  std::vector<std::vector<int>> children(static_cast<std::size_t>(robot.dof()));
+  std::vector<std::vector<int>> children(robot.dof());
   for (int i = 0; i < robot.dof(); ++i) {
-    const int parent = robot.joints()[static_cast<std::size_t>(i)].parent;
-    if (parent >= 0) children[static_cast<std::size_t>(parent)].push_back(i);
+    const int parent = robot.joints()[i].parent;
+    if (parent >= 0) children[parent].push_back(i);
   }
   XmlWriter xml;
   xml.open("mujoco").open("compiler").set("angle", "radian").close().open("worldbody");
   for (int i = 0; i < robot.dof(); ++i) {
-    if (robot.joints()[static_cast<std::size_t>(i)].parent < 0) put_body(xml, robot, children, i);
+    if (robot.joints()[i].parent < 0) put_body(xml, robot, children, i);
   }
   return xml.close().close().str();
 }
@@ -240,7 +240,7 @@ class MujocoDynamics final : public Dynamics {
     Eigen::Matrix3d axes = principal.eigenvectors();
     if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
     const Eigen::Quaterniond turn(axes);
-    const int id = body_[static_cast<std::size_t>(body)];
+    const int id = body_[body];
     model_->body_mass[id] = inertial.mass;
     Eigen::Map<Eigen::Vector3d>(model_->body_ipos + 3 * id) = inertial.com;
     Eigen::Map<Eigen::Vector3d>(model_->body_inertia + 3 * id) = principal.eigenvalues().cwiseMax(0.0);

@@ -108,7 +108,7 @@ class OdeDynamics final : public Dynamics {
 
  protected:
   void do_set_inertial(int body, const Inertial& inertial) override {
-    inertials_[static_cast<std::size_t>(body)] = inertial;
+    inertials_[body] = inertial;
     write_mass(static_cast<std::size_t>(body));
     anchor_joints();
   }
@@ -211,12 +211,12 @@ class OdeDynamics final : public Dynamics {
   }
 
   void add_body(int index) {
-    const Joint& joint = robot().joints()[static_cast<std::size_t>(index)];
+    const Joint& joint = robot().joints()[index];
     const dBodyID body = dBodyCreate(world_->id());
     bodies_.push_back(body);
     coms_.emplace_back();
     write_mass(bodies_.size() - 1);
-    const dBodyID parent = joint.parent < 0 ? nullptr : bodies_[static_cast<std::size_t>(joint.parent)];
+    const dBodyID parent = joint.parent < 0 ? nullptr : bodies_[joint.parent];
     const dJointID made =
         joint.prismatic() ? dJointCreateSlider(world_->id(), nullptr) : dJointCreateHinge(world_->id(), nullptr);
     dJointAttach(made, body, parent);
@@ -360,7 +360,7 @@ class OdeEngine final : public Engine {
   }
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
-    inertials.reserve(static_cast<std::size_t>(robot->dof()));
+    inertials.reserve(robot->dof());
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
     return std::make_unique<OdeDynamics>(std::move(robot), gravity, std::move(inertials));
   }

@@ -47,7 +47,7 @@ void tree_motion(const Robot& robot, const std::vector<Eigen::Vector3d>& coms, c
   std::vector<Frame> frames(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Joint& joint = robot.joints()[i];
-    const Frame parent = joint.parent < 0 ? Frame{} : frames[static_cast<std::size_t>(joint.parent)];
+    const Frame parent = joint.parent < 0 ? Frame{} : frames[joint.parent];
     const Frame& frame = frames[i] = moved(parent, joint, q[i], v[i], motion[i].axis);
     const Eigen::Vector3d arm = frame.rotation * coms[i];
     motion[i].rotation = frame.rotation;

@@ -144,8 +144,8 @@ class SimbodyDynamics final : public Dynamics {
 
  protected:
   void do_set_inertial(int body, const Inertial& inertial) override {
-    inertials_[static_cast<std::size_t>(body)] = inertial;
-    world_->bodies[static_cast<std::size_t>(body)].setDefaultMassProperties(mass_properties(inertial));
+    inertials_[body] = inertial;
+    world_->bodies[body].setDefaultMassProperties(mass_properties(inertial));
     stale_ = true;
   }
 
@@ -228,18 +228,18 @@ class SimbodyDynamics final : public Dynamics {
   }
 
  private:
-  int slot(int joint) const { return slots_[static_cast<std::size_t>(joint)]; }
+  int slot(int joint) const { return slots_[joint]; }
 
   void add_body(int index) {
-    const Joint& joint = robot().joints()[static_cast<std::size_t>(index)];
+    const Joint& joint = robot().joints()[index];
     // Pin turns about the z axis of its frames, Slider moves along x: turn that axis into the joint's.
     const Eigen::Vector3d own = joint.prismatic() ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
     const Eigen::Matrix3d to_axis = Eigen::Quaterniond::FromTwoVectors(own, joint.axis).toRotationMatrix();
     const SimTK::Transform in_parent(rotation(joint.origin.linear() * to_axis), vec(joint.origin.translation()));
     const SimTK::Transform in_body(rotation(to_axis));
-    const SimTK::Body::Rigid rigid(mass_properties(inertials_[static_cast<std::size_t>(index)]));
+    const SimTK::Body::Rigid rigid(mass_properties(inertials_[index]));
     SimTK::MobilizedBody& parent = joint.parent < 0 ? static_cast<SimTK::MobilizedBody&>(world_->matter.updGround())
-                                                    : world_->bodies[static_cast<std::size_t>(joint.parent)];
+                                                    : world_->bodies[joint.parent];
     if (joint.prismatic()) {
       world_->bodies.push_back(SimTK::MobilizedBody::Slider(parent, in_parent, rigid, in_body));
     } else {
@@ -348,7 +348,7 @@ class SimbodyEngine final : public Engine {
   }
   std::unique_ptr<Dynamics> build(std::shared_ptr<const Robot> robot, const Eigen::Vector3d& gravity) const override {
     std::vector<Inertial> inertials;
-    inertials.reserve(static_cast<std::size_t>(robot->dof()));
+    inertials.reserve(robot->dof());
     for (int i = 0; i < robot->dof(); ++i) inertials.push_back(robot->body_inertial(i));
     const std::string name = robot->name();
     try {

@@ -115,7 +115,7 @@ Work forward_dynamics(const Engine& engine, std::shared_ptr<const Robot> robot) 
     double phase = 0.0;
   };
   auto s = std::make_shared<State>();
-  s->q.resize(static_cast<std::size_t>(robot->dof()));
+  s->q.resize(robot->dof());
   s->v = s->tau = s->a = s->q;
   s->dynamics = engine.build(std::move(robot), {0.0, 0.0, -9.81});
   return [s] {
@@ -264,7 +264,7 @@ std::string table_of(const Study& study) {
     out += fmt::format("| {} |", s.name);
     for (const double x : sizes) {
       const auto at = std::find(s.size.begin(), s.size.end(), x);
-      const auto i = static_cast<std::size_t>(at - s.size.begin());
+      const std::size_t i = at - s.size.begin();
       out += at == s.size.end() ? " |" : fmt::format(" {:.3g} |", s.cost[i] / study.cost_unit);
     }
     out += fmt::format(" {:.2f} |\n", s.exponent());

@@ -12,13 +12,7 @@ template <class Pack>
 class PackForward final : public LaneForward {
  public:
   explicit PackForward(const Robot& robot)
-      : tree_(robot),
-        free_(static_cast<std::size_t>(robot.dof()), Pack(1.0)),
-        q_(free_),
-        v_(q_),
-        tau_(q_),
-        a_(q_),
-        i_(q_) {}
+      : tree_(robot), free_(robot.dof(), Pack(1.0)), q_(free_), v_(q_), tau_(q_), a_(q_), i_(q_) {}
   double run(const double* q, const double* v, const double* tau) override {
     for (std::size_t j = 0; j < q_.size(); ++j) q_[j] = Pack(q[j]), v_[j] = Pack(v[j]), tau_[j] = Pack(tau[j]);
     tree_.forward_dynamics(q_.data(), v_.data(), tau_.data(), free_.data(), a_.data(), i_.data());

@@ -169,7 +169,7 @@ struct Hydraulic {
         {"leakage_out", "m^3/(s Pa)", 0.0, 0.0, 1e-6, "from either chamber to the return"}};
     for (const int i : {kGain, kFull, kVolumeA, kVolumeB, kStroke, kMiddle, kBulk, kHose, kSupply, kReturn, kRelief,
                         kLeakage, kLeakageOut})
-      out[static_cast<std::size_t>(i)].fills = true;
+      out[i].fills = true;
     return out;
   }
 

@@ -20,7 +20,7 @@ struct ComShift {
              {"dz", "m", 0.0, -10.0, 10.0, "shift along z", Scale::length, {0.1}}}};
   }
   static void inertials(const double* p, const Robot&, int joint, std::vector<Inertial>& bodies) {
-    bodies[static_cast<std::size_t>(joint)].com += Eigen::Vector3d(p[0], p[1], p[2]);
+    bodies[joint].com += Eigen::Vector3d(p[0], p[1], p[2]);
   }
 };
 

@@ -24,7 +24,7 @@ struct Payload {
   }
   static void inertials(const double* p, const Robot& robot, int, std::vector<Inertial>& bodies) {
     if (p[kM] == 0.0) return;
-    Inertial& carrier = bodies[static_cast<std::size_t>(robot.tool().body)];
+    Inertial& carrier = bodies[robot.tool().body];
     const Eigen::Vector3d place = robot.tool().point + Eigen::Vector3d(p[kX], p[kY], p[kZ]);
     carrier = welded(carrier, {p[kM], place, Eigen::Matrix3d::Zero()});
   }

@@ -33,7 +33,7 @@ struct RigidBody {
   }
   static void inertials(const double* p, const Robot&, int joint, std::vector<Inertial>& bodies) {
     if (std::all_of(p, p + kCount, [](double x) { return x == 0.0; })) return;
-    Inertial& body = bodies[static_cast<std::size_t>(joint)];
+    Inertial& body = bodies[joint];
     const Eigen::Matrix4d U = deformation(p);
     body = from_pseudo_inertia(U * pseudo_inertia(body) * U.transpose());
   }

@@ -67,10 +67,10 @@ class MpiTransport final : public RankTransport {
         places.push_back(total);
         total += counts.back();
       }
-      part.resize(static_cast<std::size_t>(total));
+      part.resize(total);
       MPI_Request request = MPI_REQUEST_NULL;
-      check(MPI_Iallgatherv(mine.data() + std::min(done, mine.size()), counts[static_cast<std::size_t>(rank_)],
-                            MPI_BYTE, part.data(), counts.data(), places.data(), MPI_BYTE, MPI_COMM_WORLD, &request),
+      check(MPI_Iallgatherv(mine.data() + std::min(done, mine.size()), counts[rank_], MPI_BYTE, part.data(),
+                            counts.data(), places.data(), MPI_BYTE, MPI_COMM_WORLD, &request),
             "MPI_Iallgatherv");
       if (!wait(request, patient)) return false;
       std::size_t start = 0;

@@ -71,7 +71,7 @@ void put_drive(YamlWriter& yaml, int number, const Drive& d, double gain) {
 void put_friction(YamlWriter& yaml, const std::vector<double>& damping, const std::vector<int>& joints) {
   for (const int i : joints) {
     yaml.short_map().put("effect", "viscous_friction").put("where", joint(i));
-    yaml.key("parameters").short_map().put("D", damping[static_cast<std::size_t>(i - 1)]).end().end();
+    yaml.key("parameters").short_map().put("D", damping[i - 1]).end().end();
   }
 }
 
@@ -106,8 +106,7 @@ const std::vector<int>& all_joints() {
 
 void put_arm_drives(YamlWriter& yaml, const std::vector<double>& gains, const std::vector<double>& damping) {
   yaml.key("actuators").comment("valve, chambers, linkage: `lacuna effects` has the equations").map();
-  for (const int i : all_joints())
-    put_drive(yaml, i, drives()[static_cast<std::size_t>(i - 1)], gains[static_cast<std::size_t>(i - 1)]);
+  for (const int i : all_joints()) put_drive(yaml, i, drives()[i - 1], gains[i - 1]);
   yaml.end();
   yaml.key("effects").comment("seals and bearings; N m s/rad, joint_7: N s/m").list();
   put_friction(yaml, damping, all_joints());
@@ -116,7 +115,7 @@ void put_arm_drives(YamlWriter& yaml, const std::vector<double>& gains, const st
 
 void put_start(YamlWriter& yaml, const std::vector<int>& joints) {
   yaml.key("motion").comment("rad; joint_7: m").map().key("position").short_map();
-  for (const int i : joints) yaml.put(joint(i), drives()[static_cast<std::size_t>(i - 1)].start);
+  for (const int i : joints) yaml.put(joint(i), drives()[i - 1].start);
   yaml.end().end();
 }
 

@@ -99,10 +99,8 @@ void add_effect(const EffectSpec& spec, Drive& drive) {
 }
 
 std::vector<Drive> drives_of(const Scenario& truth) {
-  std::vector<Drive> out(static_cast<std::size_t>(truth.robot->dof()));
-  const auto at = [&](const std::string& joint) -> Drive& {
-    return out[static_cast<std::size_t>(*truth.robot->find_joint(joint))];
-  };
+  std::vector<Drive> out(truth.robot->dof());
+  const auto at = [&](const std::string& joint) -> Drive& { return out[*truth.robot->find_joint(joint)]; };
   for (const auto& spec : truth.actuators) add_actuator(spec, at(spec.joint));
   for (const auto& spec : truth.effects) add_effect(spec, at(spec.place));
   return out;
@@ -120,7 +118,7 @@ class Machine {
         command_(n_, 0.0),
         effort_(n_) {
     for (std::size_t j = 0; j < n_; ++j) {
-      if (!drives_[j].locked) moving_.push_back(static_cast<Eigen::Index>(j));
+      if (!drives_[j].locked) moving_.push_back(j);
       if (drives_[j].cylinder) hydraulic_.push_back(j);
     }
     if (hydraulic_.empty()) return;
@@ -128,8 +126,7 @@ class Machine {
       throw InputError(truth.file.string(), "joints with chambers and without", "all that move, or none");
     if (!truth.motion) throw InputError(truth.file.string(), "no motion", "motion.position, where it starts");
     start_ = State(n_);
-    for (const auto& [joint, q] : truth.motion->position)
-      start_[static_cast<std::size_t>(*truth.robot->find_joint(joint))] = q;
+    for (const auto& [joint, q] : truth.motion->position) start_[*truth.robot->find_joint(joint)] = q;
   }
 
   std::size_t joints() const { return n_; }
@@ -175,7 +172,7 @@ class Machine {
   State equilibrium() {
     State q(n_), rest(n_, 0.0);
     for (std::size_t j = 0; j < n_; ++j) q[j] = drives_[j].rest;
-    const Eigen::Index n = static_cast<Eigen::Index>(n_);
+    const Eigen::Index n = n_;
     for (int step = 0; step < 50; ++step) {
       const Eigen::VectorXd error = imbalance(q);
       Eigen::MatrixXd slope(n, n);
@@ -183,7 +180,7 @@ class Machine {
         constexpr double kStep = 1e-6;
         State moved = q;
         moved[j] += kStep;
-        slope.col(static_cast<Eigen::Index>(j)) = (imbalance(moved) - error) / kStep;
+        slope.col(j) = (imbalance(moved) - error) / kStep;
       }
       Eigen::VectorXd move = Eigen::VectorXd::Zero(n);
       const Eigen::VectorXd solved = slope(moving_, moving_).partialPivLu().solve(error(moving_).eval());
@@ -215,7 +212,7 @@ class Machine {
   void lock(std::span<const double> q, double* a) {
     Eigen::MatrixXd mass;
     dynamics_->mass_matrix(q, mass);
-    Eigen::Map<Eigen::VectorXd> all(a, static_cast<Eigen::Index>(n_));
+    Eigen::Map<Eigen::VectorXd> all(a, n_);
     const Eigen::VectorXd net = mass * all;
     const Eigen::VectorXd solved = mass(moving_, moving_).partialPivLu().solve(net(moving_).eval());
     all.setZero();
@@ -227,7 +224,7 @@ class Machine {
     const State zero(n_, 0.0);
     State holding(n_);
     dynamics_->inverse_dynamics(q, zero, zero, holding);
-    Eigen::VectorXd out(static_cast<Eigen::Index>(n_));
+    Eigen::VectorXd out(n_);
     for (std::size_t j = 0; j < n_; ++j)
       out[static_cast<Eigen::Index>(j)] = holding[j] + drives_[j].stiffness * (q[j] - drives_[j].rest);
     return out;

@@ -115,7 +115,7 @@ Recording first(const Recording& whole, double seconds) {
   Recording out = whole;
   const auto& time = whole.columns.front();
   const auto rows = std::upper_bound(time.begin(), time.end(), seconds) - time.begin();
-  for (auto& column : out.columns) column.resize(static_cast<std::size_t>(rows));
+  for (auto& column : out.columns) column.resize(rows);
   return out;
 }
 

@@ -21,7 +21,7 @@ std::vector<BodySpec> special(double angle, const Vector3d& place, bool slides) 
   Random random(7);
   std::vector<BodySpec> bodies(4);
   for (int i = 0; i < 4; ++i) {
-    BodySpec& body = bodies[static_cast<std::size_t>(i)];
+    BodySpec& body = bodies[i];
     body.parent = i == 3 ? 1 : i - 1;
     body.type = slides && i == 2 ? JointType::prismatic : JointType::revolute;
     body.axis = Vector3d(0.0, std::sin(angle * (i % 2)), std::cos(angle * (i % 2)));

@@ -118,7 +118,7 @@ void write_hostile(const fs::path& folder) {
   std::vector<Link> links(3);
   links[0].name = "base";
   for (int i = 0; i < 2; ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const std::size_t at = i;
     joints[at].name = attack + std::to_string(i);
     joints[at].parent = i - 1, joints[at].link = i + 1;
     joints[at].origin.translation() = Eigen::Vector3d(0.4 * i, 0.0, 0.2);

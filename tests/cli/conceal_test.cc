@@ -308,7 +308,7 @@ TEST(Conceal, KeepsThePressuresOfAHydraulicDriveAndTheyDriveTheCase) {
   EXPECT_NE(text.find("pressure_a"), std::string::npos);
   const Scenario whole = load_scenario(out / "scenario.yaml");
   const Recording& data = *whole.recordings[0].data;
-  const auto& head = data.columns[static_cast<std::size_t>(data.find("head"))];
+  const auto& head = data.columns[data.find("head")];
   const auto [low, high] = std::minmax_element(head.begin(), head.end());
   EXPECT_GT(*low, 0.0);
   EXPECT_LT(*high, 1.6e7);
@@ -320,7 +320,7 @@ TEST(Conceal, KeepsThePressuresOfAHydraulicDriveAndTheyDriveTheCase) {
   const auto moved =
       columns_of(lacuna({"simulate", (out / "driven.yaml").string(), "--recording", (out / "test.csv").string()}).out);
   const Recording& test = *whole.recordings[2].data;
-  const auto& measured = test.columns[static_cast<std::size_t>(test.find("degrees"))];
+  const auto& measured = test.columns[test.find("degrees")];
   ASSERT_EQ(moved.at("degrees").size(), measured.size());
   constexpr std::size_t kLooked = 40;
   EXPECT_GT(std::fabs(measured[kLooked - 1] - measured[0]), 0.6) << "degrees: it moves by more than is asked";

@@ -42,7 +42,7 @@ TEST(Export, MjcfLoadsAgainToTheSameAccelerations) {
   const Eigen::Vector3d gravity(0.0, 0.0, -9.81);
   const auto a = find_engine("featherstone").build(given, gravity);
   const auto b = find_engine("featherstone").build(again.robot, gravity);
-  const std::size_t n = static_cast<std::size_t>(given->dof());
+  const std::size_t n = given->dof();
   std::vector<double> q(n), v(n), tau(n), x(n), y(n);
   for (int k = 0; k < 100; ++k) {
     for (std::size_t j = 0; j < n; ++j) {

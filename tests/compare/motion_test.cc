@@ -62,7 +62,7 @@ TEST(Pickup, KeepsTheJointsMomenta) {
     const auto momentum = [&](const std::vector<double>& values, const std::vector<double>& speeds) -> Eigen::VectorXd {
       const auto dynamics = engine->build(motion.model.robot_ptr(), motion.model.gravity());
       const std::vector<Inertial> bodies = motion.model.inertials(values);
-      for (int i = 0; i < 6; ++i) dynamics->set_inertial(i, bodies[static_cast<std::size_t>(i)]);
+      for (int i = 0; i < 6; ++i) dynamics->set_inertial(i, bodies[i]);
       Eigen::MatrixXd mass;
       dynamics->mass_matrix(q, mass);
       return mass * Eigen::Map<const Eigen::VectorXd>(speeds.data(), 6);

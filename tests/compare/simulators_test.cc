@@ -67,7 +67,7 @@ TEST(StepDependence, FindsOrderAndErrorOfAPlantedError) {
     for (int k = 0; k < 3; ++k)
       for (int i = 0; i < 100; ++i) {
         const double t = 0.01 * i, error = 0.01 * std::sin(t) * std::pow(0.5, order * k);
-        runs[static_cast<std::size_t>(k)].q.push_back({std::cos(t) + error, 0.0});
+        runs[k].q.push_back({std::cos(t) + error, 0.0});
       }
     const auto found = step_dependence(*scenario.robot, runs);
     ASSERT_EQ(found.size(), 2u);
@@ -93,7 +93,7 @@ TEST(NativePlant, TakesDampingAndFrictionToTheEngineAndKeepsWhatWasBuilt) {
   ASSERT_FALSE(scenario.actuators.empty());
   for (const ActuatorSpec& spec : plant.scenario.actuators) EXPECT_EQ(spec.parameters.at("damping"), 0.0);
   const ActuatorSpec& first = scenario.actuators.front();
-  const auto joint = static_cast<std::size_t>(*scenario.robot->find_joint(first.joint));
+  const std::size_t joint = *scenario.robot->find_joint(first.joint);
   EXPECT_EQ(plant.losses[joint].damping, first.parameters.at("damping"));
   EXPECT_EQ(given(plant, first.joint + ".damping"), first.parameters.at("damping"));
   EXPECT_EQ(given(plant, first.joint + ".gain"), first.parameters.at("gain"));

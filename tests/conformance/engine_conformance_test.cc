@@ -51,8 +51,8 @@ const Eigen::Vector3d earth(0, 0, -9.81);
 const Eigen::Vector3d slanted(1.3, -2.1, -9.0);
 
 double difference(const Numbers& a, const Numbers& b) {
-  const Eigen::Map<const Eigen::VectorXd> x(a.data(), static_cast<Eigen::Index>(a.size()));
-  const Eigen::Map<const Eigen::VectorXd> y(b.data(), static_cast<Eigen::Index>(b.size()));
+  const Eigen::Map<const Eigen::VectorXd> x(a.data(), a.size());
+  const Eigen::Map<const Eigen::VectorXd> y(b.data(), b.size());
   return (x - y).norm();
 }
 double norm(const Numbers& a) { return difference(a, Numbers(a.size(), 0.0)); }
@@ -198,13 +198,13 @@ TEST_P(EngineConformance, LinearMomentumOfADriftingRobotStays) {
   Random random(4);
   std::vector<BodySpec> bodies = random_bodies(random, 7);
   for (int i = 0; i < 3; ++i) {
-    BodySpec& slide = bodies[static_cast<std::size_t>(i)];
+    BodySpec& slide = bodies[i];
     slide.parent = i - 1;
     slide.type = JointType::prismatic;
     slide.axis = Eigen::Vector3d::Unit(i);
     slide.origin = Eigen::Isometry3d::Identity();
   }
-  for (int i = 3; i < 7; ++i) bodies[static_cast<std::size_t>(i)].parent = std::max(2, i - 2);
+  for (int i = 3; i < 7; ++i) bodies[i].parent = std::max(2, i - 2);
   const auto dynamics = build(make_robot("drifting tree of 7", bodies), Eigen::Vector3d::Zero());
   Numbers q = random.numbers(7, 1.0), v = random.numbers(7, 2.0);
   const Numbers tau = {0, 0, 0, 1.0, -0.7, 0.4, 0.2};  // inner efforts change nothing
@@ -214,8 +214,7 @@ TEST_P(EngineConformance, LinearMomentumOfADriftingRobotStays) {
   Worst error = worst(*dynamics);
   for (int axis = 0; axis < 3; ++axis) {
     double change = 0.0;
-    for (std::size_t i = static_cast<std::size_t>(axis); i < 7; ++i)
-      change += (after.linear[i] - before.linear[i])[axis];
+    for (std::size_t i = axis; i < 7; ++i) change += (after.linear[i] - before.linear[i])[axis];
     error.see(std::abs(change), fmt::format("axis {}", axis));
   }
   EXPECT_TRUE(error.at_most(1e-7));  // kg m/s of some tens: differences of poses, and RK4
@@ -227,7 +226,7 @@ TEST_P(EngineConformance, AngularMomentumAboutAFreeVerticalAxisStays) {
   bodies[0].type = JointType::revolute;
   bodies[0].axis = Eigen::Vector3d::UnitZ();
   bodies[0].origin = Eigen::Isometry3d::Identity();
-  for (int i = 1; i < 6; ++i) bodies[static_cast<std::size_t>(i)].parent = std::max(0, i - 2);
+  for (int i = 1; i < 6; ++i) bodies[i].parent = std::max(0, i - 2);
   const auto dynamics = build(make_robot("tree of 6 on a vertical axis", bodies));  // gravity has no moment about it
   Numbers q = random.numbers(6, 1.0), v = random.numbers(6, 2.0);
   const double before = momentum(*dynamics, q, v).angular.z();
@@ -309,7 +308,7 @@ TEST_P(EngineConformance, LongChainsAreHeldOrRefused) {
   for (int n : {60, 400}) {
     Random random(19);
     std::vector<BodySpec> bodies = random_bodies(random, n);
-    for (int i = 0; i < n; ++i) bodies[static_cast<std::size_t>(i)].parent = i - 1;
+    for (int i = 0; i < n; ++i) bodies[i].parent = i - 1;
     const auto robot = make_robot(fmt::format("chain of {}", n), bodies);
     const auto reference = featherstone_engine().build(robot, earth);
     std::unique_ptr<Dynamics> dynamics;
@@ -371,7 +370,7 @@ TEST_P(EngineConformance, PayloadInPlaceEqualsAFreshBuild) {
   // Twice, so that something must also be forgotten; a heavier body and one whose centre of mass and axes move.
   changed->set_inertial(3, random_inertial(random));
   for (int body : {3, 7, 0}) {
-    BodySpec& spec = bodies[static_cast<std::size_t>(body)];
+    BodySpec& spec = bodies[body];
     spec.inertial = welded(spec.inertial, random_inertial(random));
     changed->set_inertial(body, spec.inertial);
   }
@@ -454,7 +453,7 @@ TEST_P(EngineConformance, ThreadsBuildAndComputeAtOnce) {
   std::vector<std::vector<Numbers>> results(threads);
   std::vector<std::thread> pool;
   pool.reserve(threads);
-  for (int t = 0; t < threads; ++t) pool.emplace_back([&, t] { run(results[static_cast<std::size_t>(t)]); });
+  for (int t = 0; t < threads; ++t) pool.emplace_back([&, t] { run(results[t]); });
   for (std::thread& thread : pool) thread.join();
   for (const std::vector<Numbers>& result : results) EXPECT_EQ(result, alone) << name();
 }

@@ -29,7 +29,7 @@ class Random {
     return Eigen::AngleAxisd(uniform(-std::numbers::pi, std::numbers::pi), direction()).toRotationMatrix();
   }
   std::vector<double> numbers(int n, double size) {
-    std::vector<double> out(static_cast<std::size_t>(n));
+    std::vector<double> out(n);
     for (double& x : out) x = uniform(-size, size);
     return out;
   }
@@ -54,9 +54,9 @@ inline Inertial random_inertial(Random& random) {
 
 /// Parents anywhere before the child, or the world; three joints in ten slide.
 inline std::vector<BodySpec> random_bodies(Random& random, int n) {
-  std::vector<BodySpec> bodies(static_cast<std::size_t>(n));
+  std::vector<BodySpec> bodies(n);
   for (int i = 0; i < n; ++i) {
-    BodySpec& body = bodies[static_cast<std::size_t>(i)];
+    BodySpec& body = bodies[i];
     // Half the bodies extend the chain, so that long branches occur.
     body.parent = random.uniform(0, 1) < 0.5 ? i - 1 : random.below(i + 1) - 1;
     body.type = random.uniform(0, 1) < 0.3 ? JointType::prismatic : JointType::revolute;

@@ -75,11 +75,11 @@ std::shared_ptr<const Recording> recorded(Scenario truth, const std::string& fil
   Noise random(seed);
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
     const Channel& channel = experiment.channels[c];
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
+    const std::string& joint = experiment.joint_names[channel.joint];
     const double noise = channel.kind == ChannelKind::position ? kAngleNoise : kPressureNoise;
     const std::string name =
         channel.kind == ChannelKind::position ? "q_" + joint : truth.channels.of.at(channel.kind).at(joint).column;
-    auto& column = data->columns[static_cast<std::size_t>(data->find(name))];
+    auto& column = data->columns[data->find(name)];
     for (std::size_t k = 0; k < column.size(); ++k) column[k] = predicted[c][k] + noise * random();
   }
   return data;

@@ -44,7 +44,7 @@ TEST(Misfits, NameTheSecondsThatHoldMoreThanNoiseAndNoOthers) {
   std::vector<ResidualBlock> blocks;
   Eigen::Index rows = 0;
   for (std::size_t s = 0; s < experiment.segments.size(); ++s) {
-    const Eigen::Index n = static_cast<Eigen::Index>(experiment.segments[s].count);
+    const Eigen::Index n = experiment.segments[s].count;
     blocks.push_back({static_cast<int>(s), 0, rows, n});
     rows += n;
   }
@@ -129,7 +129,7 @@ TEST(Diagnosis, WhatStaysUnexplainedIsTakenOffTheClaims) {
   Scenario scenario = concealed_deadband();
   for (RecordingSpec& recording : scenario.recordings) {
     auto rippled = std::make_shared<Recording>(*recording.data);
-    auto& q = rippled->columns[static_cast<std::size_t>(rippled->find("q_swing"))];
+    auto& q = rippled->columns[rippled->find("q_swing")];
     for (std::size_t k = 50; k < q.size(); ++k) q[k] += 4.0 * kNoise * std::sin(0.26 * static_cast<double>(k));
     recording.data = rippled;
   }
@@ -412,14 +412,12 @@ TEST(DiagnosedScenario, SearchesTheSameSpaceAgain) {
   ASSERT_EQ(again.size(), space.size());
   for (std::size_t a = 0; a < space.size(); ++a) {
     const Axis &was = space.axes()[a], &is = again.axes()[a];
-    EXPECT_EQ(model.parameters()[static_cast<std::size_t>(is.parameter)].name,
-              plain.parameters()[static_cast<std::size_t>(was.parameter)].name);
+    EXPECT_EQ(model.parameters()[is.parameter].name, plain.parameters()[was.parameter].name);
     EXPECT_DOUBLE_EQ(is.lower, was.lower);
     EXPECT_DOUBLE_EQ(is.upper, was.upper);
   }
   // At a wall, too, the diagnosed scenario loads.
-  d.after.values[static_cast<std::size_t>(plain.find("swing.gain"))] =
-      std::exp(std::log(5.0 * kStart.gain)) * (1 + 1e-15);
+  d.after.values[plain.find("swing.gain")] = std::exp(std::log(5.0 * kStart.gain)) * (1 + 1e-15);
   EXPECT_NO_THROW(SearchSpace(PlantModel(diagnosed_scenario(scenario, d)), diagnosed_scenario(scenario, d)));
 }
 

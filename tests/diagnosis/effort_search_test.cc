@@ -85,7 +85,7 @@ TEST(EffortSearch, NamesCoulombFrictionAtEachJointAndNothingOfTheCommandsWay) {
   std::set<std::string> joints;
   for (const Finding& f : d.findings) {
     if (f.effect == "coulomb_friction") joints.insert(f.place);
-    const Stage stage = effect_table()[static_cast<std::size_t>(find_effect(f.effect))].stage;
+    const Stage stage = effect_table()[find_effect(f.effect)].stage;
     EXPECT_TRUE(stage != Stage::command && stage != Stage::valve && stage != Stage::flow) << f.effect;
   }
   EXPECT_EQ(joints, (std::set<std::string>{"shoulder", "elbow"})) << names_of(d);

@@ -30,7 +30,7 @@ std::vector<OutsidePhysics> nothing_in(Role) { return {}; }
 void slip_in(Scenario& scenario, std::size_t recording, double from, double to) {
   auto data = std::make_shared<Recording>(*scenario.recordings[recording].data);
   const std::vector<double>& time = data->columns.front();
-  std::vector<double>& q = data->columns[static_cast<std::size_t>(data->find("q_swing"))];
+  std::vector<double>& q = data->columns[data->find("q_swing")];
   for (std::size_t k = 0; k < time.size(); ++k)
     if (time[k] > from - 0.5 * kSamplePeriod && time[k] < to - 0.5 * kSamplePeriod) q[k] += kSlipped;
   scenario.recordings[recording].data = data;
@@ -229,7 +229,7 @@ TEST(Events, MayBeACommandThatStayed) {
   Drive arrived = told;
   std::fill(arrived.u[0].begin() + kFirst, arrived.u[0].begin() + kEnd, stayed);
   const auto data = recording_with({}, pendulum_scenario({}), arrived, "train.csv", 11);
-  data->columns[static_cast<std::size_t>(data->find("u_swing"))] = told.u[0];
+  data->columns[data->find("u_swing")] = told.u[0];
   scenario.recordings[0].data = data;
   const Diagnosis d = diagnosed(scenario);
   expect_found(d.events,

@@ -56,7 +56,7 @@ TEST(Kin, OfASpringIsAGapThatBeginsWithItsStiffnessAndInertia) {
   spring.point.assign(sprung.fit.point.begin(), sprung.fit.point.begin() + static_cast<std::ptrdiff_t>(space.size()));
   spring.own.assign(sprung.fit.point.begin() + static_cast<std::ptrdiff_t>(space.size()), sprung.fit.point.end());
 
-  const EffectInfo& gap = effect_table()[static_cast<std::size_t>(find_effect("backlash"))];
+  const EffectInfo& gap = effect_table()[find_effect("backlash")];
   const std::vector<ScreenedEffect> starts = kin_starts(gap, spring, sprung, plain, context);
   ASSERT_EQ(starts.size(), 1u) << "the spring has no damper of its own";
   ASSERT_EQ(starts[0].own.size(), 3u);

@@ -144,10 +144,10 @@ TEST(Linearised, HeldOutRowsAreWeighedAtTheNumbersOfTheOthers) {
   const Linearised near = problem.linearised();
   for (const Linearised::Set& set : all_sets()) {
     const auto columns = problem.free_in(set);
-    Eigen::MatrixXd J(kRows, static_cast<Eigen::Index>(columns.size())), V = J;
+    Eigen::MatrixXd J(kRows, columns.size()), V = J;
     Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(J.cols(), J.cols());
     for (Eigen::Index i = 0; i < J.cols(); ++i) {
-      const LinearColumn& c = *columns[static_cast<std::size_t>(i)];
+      const LinearColumn& c = *columns[i];
       J.col(i) = c.train, V.col(i) = c.validate, precision(i, i) = 1.0 / (c.prior * c.prior);
     }
     const Eigen::VectorXd step = -(J.transpose() * J + precision).ldlt().solve(J.transpose() * problem.train);

@@ -83,7 +83,7 @@ TEST(MissingEffort, KnowsSlowNoiseByItsDifferences) {
   for (const char* column : {"q_shoulder", "q_elbow"}) {
     RandomStream random(5, column[2], 0);
     double x = random.normal();
-    for (double& q : data->columns[static_cast<std::size_t>(data->find(column))]) {
+    for (double& q : data->columns[data->find(column)]) {
       q += kLocateNoise * x;
       x = kKept * x + std::sqrt(1.0 - kKept * kKept) * random.normal();
     }

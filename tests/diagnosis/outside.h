@@ -34,7 +34,7 @@ struct Unevenness {
 inline std::shared_ptr<Recording> recording_with(const std::vector<OutsidePhysics>& outside, Scenario truth,
                                                  const Drive& drive, const std::string& file, std::uint64_t seed,
                                                  const std::vector<Unevenness>& uneven = {}) {
-  const std::vector<double> rest(static_cast<std::size_t>(truth.robot->dof()), 0.0);
+  const std::vector<double> rest(truth.robot->dof(), 0.0);
   const auto data = recording_of(*truth.robot, drive, {rest, rest, false}, file);
   truth.recordings.clear();
   add_recording(truth, data);
@@ -50,8 +50,8 @@ inline std::shared_ptr<Recording> recording_with(const std::vector<OutsidePhysic
   const auto read = simulate_truth(model, experiment.segments[0], experiment.channels, model.values(), options);
   Noise random(seed);
   for (std::size_t c = 0; c < read.size(); ++c) {
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(experiment.channels[c].joint)];
-    std::vector<double>& column = data->columns[static_cast<std::size_t>(data->find("q_" + joint))];
+    const std::string& joint = experiment.joint_names[experiment.channels[c].joint];
+    std::vector<double>& column = data->columns[data->find("q_" + joint)];
     column = read[c];
     for (double& x : column) x += kTransducerNoise * random();
   }

@@ -79,7 +79,7 @@ TEST(Parts, HoldNoEffectOfTheWholeArm) {
   Experiment experiment = make_experiment(part);
   const PlantModel model(part);
   const CurrentModel current{model, SearchSpace(model, part), {1.0}, {}};
-  const EffectInfo& payload = effect_table()[static_cast<std::size_t>(find_effect("payload"))];
+  const EffectInfo& payload = effect_table()[find_effect("payload")];
   EXPECT_FALSE(places_of(payload, current, experiment).empty());
   experiment.parts = 2;
   EXPECT_TRUE(places_of(payload, current, experiment).empty());
@@ -118,7 +118,7 @@ TEST(Parts, PutTogetherPredictWhatEachDid) {
   const Eigen::VectorXd r = problem.residual(together.fit.point, all);
   std::vector<Eigen::Index> row(2, 0);
   for (const ResidualBlock& block : problem.layout(all)) {
-    const auto j = static_cast<std::size_t>(whole_experiment.channels[static_cast<std::size_t>(block.channel)].joint);
+    const std::size_t j = whole_experiment.channels[block.channel].joint;
     const auto own = residuals[j].segment(row[j], block.count);
     EXPECT_LT((r.segment(block.first, block.count) - own).norm(), 1e-6 * own.norm()) << block.segment << " " << j;
     row[j] += block.count;

@@ -82,7 +82,7 @@ TEST(DrivenInertia, IsEffortOverTheAccelerationOfTheMotionSeen) {
 
 TEST(CreepSpeed, IsWhereADrySignBuildsUpAndNotAPowersRounding) {
   const auto creeps = [](const char* name) {
-    const auto& all = effect_table()[static_cast<std::size_t>(find_effect(name))].parameters;
+    const auto& all = effect_table()[find_effect(name)].parameters;
     return std::ranges::count_if(all, is_creep_speed);
   };
   EXPECT_EQ(creeps("coulomb_friction"), 1);

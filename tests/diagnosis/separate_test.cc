@@ -70,7 +70,7 @@ TEST(Separate, ProposesAMotionThatGivesTheEvidenceItPromises) {
   // The motion recorded: what the found model does, with noise.
   const CurrentModel& found = *merged.current;
   Experiment more = merged.experiment;
-  const Segment& first = more.segments[static_cast<std::size_t>(more.with_role(Role::train).front())];
+  const Segment& first = more.segments[more.with_role(Role::train).front()];
   Experiment moved = commanded(more, s.commands, first.q0);
   const PlantModel& model = found.model;
   const std::vector<std::vector<double>> values{found.space.expand(found.fit.point)};

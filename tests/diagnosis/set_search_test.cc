@@ -105,7 +105,7 @@ TEST(Hypotheses, RowsOfAFitAreThoseOfItsSimulationsInAnyWeights) {
   const FittedRows rows = sets.all.rows(one.model, weights);
   EXPECT_LT((rows.residual - at).norm(), 1e-9 * at.norm());
   for (std::size_t a = 0; a < rows.columns.size(); ++a) {
-    const auto column = J.col(static_cast<Eigen::Index>(a));
+    const auto column = J.col(a);
     EXPECT_LT((rows.columns[a].train - column).norm(), 1e-5 * column.norm()) << a;
   }
 }
@@ -225,7 +225,7 @@ TEST(SetSearch, BeginsWithTheWholeValveThatTheRecordingsShow) {
   }
   const int d = found->model.model.find("slide.valve_deadband.d");
   ASSERT_GE(d, 0);
-  EXPECT_NEAR(found->model.space.expand(found->model.fit.point)[static_cast<std::size_t>(d)], 1.5, 0.1);
+  EXPECT_NEAR(found->model.space.expand(found->model.fit.point)[d], 1.5, 0.1);
 }
 
 TEST(SetSearch, FreesTheOppositeStopOfOneThatWasFound) {
@@ -240,7 +240,7 @@ TEST(SetSearch, FreesTheOppositeStopOfOneThatWasFound) {
   options.skipped = [](const EffectSpec&) { return true; };
   const std::optional<SetSearchResult> with = search_sets(*block.plain, one, {found}, block.context(), options);
   ASSERT_TRUE(with);
-  const std::size_t travel = static_cast<std::size_t>(with->model.model.find("slide.end_stop.travel"));
+  const std::size_t travel = with->model.model.find("slide.end_stop.travel");
   EXPECT_NEAR(with->model.space.expand(with->model.fit.point)[travel], far, 2e-3);
 }
 

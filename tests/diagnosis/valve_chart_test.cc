@@ -93,7 +93,7 @@ TEST(ValveStart, NamesWhatTheChartShowsAndNothingElse) {
 
 TEST(ValveOpening, IsSoughtWhereTheCommandLetsAFlow) {
   Scenario scenario = valve_block({});
-  const EffectInfo& opening = effect_table()[static_cast<std::size_t>(find_effect("valve_opening"))];
+  const EffectInfo& opening = effect_table()[find_effect("valve_opening")];
   const auto places = [&] {
     const PlantModel model(scenario);
     return places_of(opening, {model, SearchSpace(model, scenario), {1.0}, {}}, make_experiment(scenario));

@@ -48,7 +48,7 @@ TEST(Verify, TakesWhatStartsDoOffTheGainOfEveryEngine) {
   std::vector<double> point = before.fit.point;
   point[0] = before.space.contract([&] {
     std::vector<double> values = model.values();
-    values[static_cast<std::size_t>(model.find("slide.damping"))] *= 0.97;
+    values[model.find("slide.damping")] *= 0.97;
     return values;
   }())[0];
   CurrentModel after = extended(before, experiment, effect("coulomb_friction", "swing", {{"v0", 0.0}}), point, {0.3});

@@ -89,11 +89,11 @@ TEST(ChangedSets, FindsWhatChangedAndAsOftenAsItSays) {
     const auto a = measured(y, 60, random), b = measured(changed, 40, random);
     const std::vector<double> p = change_probabilities(search_changes(ChangedSets(a, b, each_alone(kNumbers))));
     for (Eigen::Index j = 0; j < kNumbers; ++j) {
-      const double probability = p[static_cast<std::size_t>(j)];
+      const double probability = p[j];
       if (probability < 0.5) continue;
       ++total, said += probability, right += j == i;
     }
-    found += p[static_cast<std::size_t>(i)] > 0.5;
+    found += p[i] > 0.5;
   }
   EXPECT_GT(found, kDraws / 2);  // a change below two standard errors of its own cannot be seen
   EXPECT_NEAR(right / total, said / total, 0.04);

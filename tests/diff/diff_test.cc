@@ -167,7 +167,7 @@ TEST(Diff, SaysThatTheSetsDifferWhereNoNumberSaysHow) {
   Scenario rippled = set_of(double_pendulum(), "rippled", 9);
   for (RecordingSpec& recording : rippled.recordings) {
     auto data = std::make_shared<Recording>(*recording.data);
-    auto& q = data->columns[static_cast<std::size_t>(data->find("q_elbow"))];
+    auto& q = data->columns[data->find("q_elbow")];
     for (std::size_t k = 25; k < q.size(); ++k)
       q[k] += 6.0 * kTransducerNoise * std::sin(0.26 * static_cast<double>(k));
     recording.data = data;

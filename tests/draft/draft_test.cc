@@ -51,7 +51,7 @@ class DraftOfAxes : public testing::Test {
     folder_.write("axes.urdf", kAxes);
     for (const DraftRecording& recording : wanted.recordings) {
       Recording data = *recording.data;
-      for (double& t : data.columns[static_cast<std::size_t>(data.find(made.time_column))]) t *= made.time_scale;
+      for (double& t : data.columns[data.find(made.time_column)]) t *= made.time_scale;
       write_csv(folder_.path() / (made.time_scale == 1.0 ? recording.file : in_seconds(recording.file)), data);
     }
     Scenario out = load_scenario(folder_.write("scenario.yaml", made.yaml));

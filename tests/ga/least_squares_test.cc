@@ -22,7 +22,7 @@ TEST(Problem, JacobianIsThatOfCentralDifferences) {
     up[a] += h, down[a] -= h;
     const Eigen::VectorXd slope = (s.problem.residual(up, s.train) - s.problem.residual(down, s.train)) / (2.0 * h);
     // Forward differences over 1e-6 of the value: curvature and rounding each leave about 1e-6 of the slope.
-    EXPECT_LT((J.col(static_cast<Eigen::Index>(a)) - slope).norm(), 1e-5 * slope.norm()) << "axis " << a;
+    EXPECT_LT((J.col(a) - slope).norm(), 1e-5 * slope.norm()) << "axis " << a;
   }
 }
 
@@ -40,13 +40,13 @@ TEST(Problem, JacobianStaysInsideTheBoxAtAnUpperBound) {
 TEST(Problem, StacksResidualsInItsLayoutAndLeavesMissingSamplesOut) {
   Scenario scenario = pendulum_problem(kFar, kDrive, 1e-3);
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-  auto& q = data->columns[static_cast<std::size_t>(data->find("q_swing"))];
+  auto& q = data->columns[data->find("q_swing")];
   q[10] = q[11] = q[200] = kMissing;
   scenario.recordings[0].data = data;
   Setting s(scenario);
   const auto blocks = s.problem.layout(s.train);
   ASSERT_EQ(blocks.size(), 1u);
-  EXPECT_EQ(blocks[0].count, static_cast<Eigen::Index>(data->rows() - 3));
+  EXPECT_EQ(blocks[0].count, data->rows() - 3);
   const Eigen::VectorXd r = s.problem.residual(s.space.start(), s.train);
   EXPECT_EQ(r.size(), blocks[0].count);
   EXPECT_TRUE(r.allFinite());
@@ -121,8 +121,8 @@ TEST(LeastSquares, ErrorsAreThoseThatItsCovarianceStates) {
   EXPECT_EQ(known.rank, 3);
   for (Eigen::Index a = 0; a < 3; ++a) {
     const double error = std::sqrt(known.covariance(a, a));
-    EXPECT_LT(std::fabs(fit.point[static_cast<std::size_t>(a)] - truth[static_cast<std::size_t>(a)]), 4.0 * error) << a;
-    EXPECT_LT(error, 0.05 * truth[static_cast<std::size_t>(a)]) << a;
+    EXPECT_LT(std::fabs(fit.point[a] - truth[a]), 4.0 * error) << a;
+    EXPECT_LT(error, 0.05 * truth[a]) << a;
   }
 }
 
@@ -167,7 +167,7 @@ TEST(LeastSquares, AsksCoarserDampingsOnlyWhereAStepBreaksItsPromiseToTheSameEnd
   EXPECT_LT(lanes.first.evaluations, lanes.first.iterations * (3 + 2)) << "seldom all eight";
   const Identifiability known = identifiability(one.s.space, one.first.point, one.first.jacobian, 1.0, 1.0);
   for (Eigen::Index a = 0; a < 3; ++a) {
-    const auto k = static_cast<std::size_t>(a);
+    const std::size_t k = a;
     EXPECT_NEAR(lanes.first.point[k], one.first.point[k], 0.1 * std::sqrt(known.covariance(a, a))) << "axis " << k;
   }
 }
@@ -192,9 +192,7 @@ TEST(LeastSquares, MinimisesTheSumOfDataAndPriors) {
     const LeastSquaresResult fit = solve_least_squares(problem, space.start(), s.train, options);
     const Eigen::VectorXd prior = prior_information(space.axes());
     Eigen::VectorXd slope = fit.jacobian.transpose() * fit.residual;
-    for (std::size_t a = 0; a < space.size(); ++a)
-      slope(static_cast<Eigen::Index>(a)) +=
-          prior(static_cast<Eigen::Index>(a)) * (fit.point[a] - space.axes()[a].center);
+    for (std::size_t a = 0; a < space.size(); ++a) slope(a) += prior(a) * (fit.point[a] - space.axes()[a].center);
     Eigen::MatrixXd normal = fit.jacobian.transpose() * fit.jacobian;
     normal.diagonal() += prior;
     const Eigen::VectorXd left = normal.ldlt().solve(slope);
@@ -245,7 +243,7 @@ TEST(LeastSquares, LeavesAnUndeterminedDirectionAtTheCentreOfItsPrior) {
   const Identifiability known = identifiability(space, fit.point, fit.jacobian, 1.0, 1.0);
   EXPECT_EQ(known.rank, 3) << "a prior determines nothing";
   for (std::size_t a = 0; a < 4; ++a) {
-    const Eigen::Index i = static_cast<Eigen::Index>(a);
+    const Eigen::Index i = a;
     EXPECT_GT(known.relative_error[a], 1.0) << a;
     EXPECT_LT(std::sqrt(known.covariance(i, i)), space.axes()[a].prior) << "wider than its prior: axis " << a;
   }
@@ -348,7 +346,7 @@ double worst_column(Setting& s) {
     moved[a] += 1e-6 * (s.space.axes()[a].coordinate == Coordinate::logarithm ? 1.0 : point[a]);
     const Eigen::VectorXd slope = (s.problem.residual(moved, s.train) - at) / (moved[a] - point[a]);
     EXPECT_GT(slope.norm(), 0.0) << "axis " << a;
-    worst = std::max(worst, (J.col(static_cast<Eigen::Index>(a)) - slope).norm() / slope.norm());
+    worst = std::max(worst, (J.col(a) - slope).norm() / slope.norm());
   }
   return worst;
 }

@@ -176,7 +176,7 @@ TEST(Cuts, AreDifferentAscendingInsideAndEquallyLikely) {
     const auto cuts = draw_cuts(length, 2, stream);
     ASSERT_EQ(cuts.size(), 2u);
     ASSERT_TRUE(1 <= cuts[0] && cuts[0] < cuts[1] && cuts[1] < length);
-    for (const int cut : cuts) ++used[static_cast<std::size_t>(cut)];
+    for (const int cut : cuts) ++used[cut];
   }
   for (std::size_t cut = 1; cut < length; ++cut) expect_share(used[cut], 2.0 / 6, draws);
 }

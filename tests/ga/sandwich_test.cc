@@ -79,7 +79,7 @@ TEST(Sandwich, HoldsForASlowAndUnevenRestWhereTheWhiteErrorDoesNot) {
 
 TEST(Sandwich, SaysNothingFromASingleBlock) {
   const Eigen::MatrixXd J = regressors(), C = Eigen::MatrixXd::Identity(2, 2);
-  const std::vector<int> one(static_cast<std::size_t>(kRows), 0);
+  const std::vector<int> one(kRows, 0);
   EXPECT_EQ(sandwich_errors(C, J, rest(J, 0.5, false, 1), one).norm(), 0.0);
 }
 

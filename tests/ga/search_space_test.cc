@@ -66,7 +66,7 @@ TEST(SearchSpace, ExpandPutsThePointInAndLeavesTheRest) {
   const PlantModel model(scenario);
   const SearchSpace space(model, scenario);
   std::vector<double> expected = model.values();
-  expected[static_cast<std::size_t>(model.find("joint_2.gain"))] = 123.0;
+  expected[model.find("joint_2.gain")] = 123.0;
   EXPECT_EQ(space.expand(std::vector<double>{123.0}), expected);
   EXPECT_EQ(space.contract(expected), std::vector<double>{123.0});
 }
@@ -78,7 +78,7 @@ TEST(SearchSpace, SearchesACapByItsInverse) {
   const SearchSpace space(model, scenario);
   EXPECT_DOUBLE_EQ(space.axes()[0].lower, 0.1);
   EXPECT_DOUBLE_EQ(space.axes()[0].upper, 0.5);
-  EXPECT_DOUBLE_EQ(space.expand(std::vector<double>{0.2})[static_cast<std::size_t>(space.axes()[0].parameter)], 5.0);
+  EXPECT_DOUBLE_EQ(space.expand(std::vector<double>{0.2})[space.axes()[0].parameter], 5.0);
 }
 
 TEST(SearchSpace, HonoursAKnownTotalMassAtEveryPointOfTheBox) {
@@ -143,8 +143,8 @@ TEST(SearchSpace, SearchesWhatKeepsItsSignAsARatioToItsStartWithAPrior) {
   EXPECT_EQ(space.axes()[2].coordinate, Coordinate::linear) << "a position may change its sign";
   EXPECT_EQ(space.axes()[2].prior, 0.5);
   const std::vector<double> values = space.expand(std::vector<double>{std::log(2.0), 0.0, 0.25});
-  EXPECT_NEAR(values[static_cast<std::size_t>(model.find("joint_2.gain"))], 200.0, 1e-12);
-  EXPECT_EQ(values[static_cast<std::size_t>(model.find("joint_2.rest"))], 0.25);
+  EXPECT_NEAR(values[model.find("joint_2.gain")], 200.0, 1e-12);
+  EXPECT_EQ(values[model.find("joint_2.rest")], 0.25);
   EXPECT_NEAR(space.contract(values)[0], std::log(2.0), 1e-15);
 }
 
@@ -158,8 +158,7 @@ TEST(SearchSpace, SharesAKnownTotalAmongAllMassesWithinTheirBounds) {
   EXPECT_EQ(space.dependent(), model.find("link_3.mass"));
   const double before = moving(model, model.values());
   for (const SharedMass& mass : space.shared_masses()) {
-    EXPECT_NEAR(space.expand(space.start())[static_cast<std::size_t>(mass.parameter)], mass.start * 45.0 / before,
-                1e-12);
+    EXPECT_NEAR(space.expand(space.start())[mass.parameter], mass.start * 45.0 / before, 1e-12);
   }
   Noise random(1);
   for (int k = 0; k < 500; ++k) {
@@ -172,7 +171,7 @@ TEST(SearchSpace, SharesAKnownTotalAmongAllMassesWithinTheirBounds) {
     EXPECT_NEAR(moving(model, values), 45.0, 45.0 * 1e-14) << k;
     bool inside = true;
     for (const SharedMass& mass : space.shared_masses()) {
-      const double value = values[static_cast<std::size_t>(mass.parameter)];
+      const double value = values[mass.parameter];
       EXPECT_GE(value, mass.lower * (1.0 - 1e-14)) << k;
       EXPECT_LE(value, mass.upper * (1.0 + 1e-14)) << k;
       inside = inside && value > mass.lower && value < mass.upper;
@@ -192,7 +191,7 @@ TEST(SearchSpace, CutsAnAddedAxisToTheParametersPhysicalRange) {
   EXPECT_EQ(space.axes().back().start, 0.0);
   const std::vector<double> values = space.expand(std::vector<double>{100.0, 3.0});
   ASSERT_EQ(values.size(), more.parameters().size());
-  EXPECT_EQ(values[static_cast<std::size_t>(more.find("joint_2.coulomb_friction.Fc"))], 3.0);
+  EXPECT_EQ(values[more.find("joint_2.coulomb_friction.Fc")], 3.0);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ SquaredErrors identified(bool start_errors) {
     const FitResult fit = identify(truth, make_experiment(scenario), SearchSpace(truth, scenario), options);
     for (const Estimate& e : fit.estimates) {
       if (e.name == "swing.stiffness") continue;  // its error is that of the gain
-      const double right = truth.values()[static_cast<std::size_t>(truth.find(e.name))];
+      const double right = truth.values()[truth.find(e.name)];
       out.relative += std::pow(e.value / right - 1.0, 2);
       out.standardised += std::pow((e.value - right) / ((e.upper95 - e.lower95) / (2.0 * 1.96)), 2);
     }
@@ -140,10 +140,10 @@ Scenario read_with_noise(std::shared_ptr<const Robot> robot, std::uint64_t seed,
   out.channels.of.erase(ChannelKind::velocity), out.channels.of.erase(ChannelKind::effort);
   const std::string& joint = out.robot->joints()[0].name;
   auto data = std::make_shared<Recording>(*out.recordings[0].data);
-  const std::vector<double> t = data->columns[static_cast<std::size_t>(data->find("t"))];
-  auto& q = data->columns[static_cast<std::size_t>(data->find("q_" + joint))];
+  const std::vector<double> t = data->columns[data->find("t")];
+  auto& q = data->columns[data->find("q_" + joint)];
   for (std::size_t k = 0; k < t.size(); ++k) q[k] = course(t[k]) + position_noise * noise();
-  std::ranges::fill(data->columns[static_cast<std::size_t>(data->find("u_" + joint))], 0.0);
+  std::ranges::fill(data->columns[data->find("u_" + joint)], 0.0);
   out.recordings[0].data = data;
   out.noise[ChannelKind::position][joint] = position_noise;
   out.noise[ChannelKind::pressure_a][joint] = out.noise[ChannelKind::pressure_b][joint] = pressure_noise;
@@ -193,7 +193,7 @@ TEST(Problem, RowsInOtherWeightsAreThoseOfAProblemThatHasThem) {
   const std::vector<int> train = experiment.with_role(Role::train);
   const auto rows = [&](Problem& problem) {
     const Eigen::VectorXd at = problem.residual(point, train);
-    Eigen::MatrixXd out(at.size(), static_cast<Eigen::Index>(1 + space.size()));
+    Eigen::MatrixXd out(at.size(), 1 + space.size());
     out << at, problem.jacobian(point, at, train);
     return out;
   };

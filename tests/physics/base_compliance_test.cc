@@ -120,7 +120,7 @@ TEST(BaseCompliance, AStifferBaseEndsInOneThatStandsStill) {
   const PlantModel model = plain.with_effects({effect("base_compliance", "arm", {})});
   const Experiment experiment = started_experiment(scenario, start);
   const auto rigid = predict_one(plain, experiment, on("featherstone", 0.01)).front()[1];
-  const std::size_t k = static_cast<std::size_t>(model.find("arm.base_compliance.k"));
+  const std::size_t k = model.find("arm.base_compliance.k");
   std::vector<std::vector<double>> values;
   const std::vector<double> stiffnesses{HUGE_VAL, 1e9, 1e6, 1e5, 1e4, 1e3};
   for (const double stiffness : stiffnesses) {

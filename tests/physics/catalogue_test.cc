@@ -254,7 +254,7 @@ TEST_P(CatalogueLaw, MovesTheBlockAsTheEquationWrittenOutByHand) {
   const Scenario scenario = driven_block(drive);
   const PlantModel plain(scenario);
   const Experiment experiment = started_experiment(scenario, kStart);
-  const bool arm = effect_table()[static_cast<std::size_t>(find_effect(law.effect))].where == Where::arm;
+  const bool arm = effect_table()[find_effect(law.effect)].where == Where::arm;
   const std::string place = arm ? "arm" : "slide";
   const PlantModel model = plain.with_effects({effect(law.effect, place, law.parameters)});
   const std::vector<double> expected = by_hand(law, drive);
@@ -455,7 +455,7 @@ TEST(RigidBody, ChangesWhatEachNumberIsNamedFor) {
 }
 
 TEST(RigidBody, IsMadeStrongerAsAWhole) {
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect("rigid_body"))];
+  const EffectInfo& info = effect_table()[find_effect("rigid_body")];
   for (const ParameterInfo& p : info.parameters) EXPECT_DOUBLE_EQ(strengthened(info, p, 0.2, 0.5), 0.1) << p.name;
 }
 
@@ -478,7 +478,7 @@ TEST(Payload, IsCarriedAtItsPlaceBesideTheTool) {
   const Robot::Tool& tool = scenario.robot->tool();
   const auto of = [&](const std::map<std::string, double>& p) {
     const PlantModel model = PlantModel(scenario).with_effects({effect("payload", "arm", p)});
-    return model.inertials(model.values())[static_cast<std::size_t>(tool.body)];
+    return model.inertials(model.values())[tool.body];
   };
   const Inertial plain = of({}), held = of({{"m", 2.0}, {"x", 0.1}, {"y", -0.2}, {"z", 0.3}});
   const Eigen::Vector3d place = tool.point + Eigen::Vector3d(0.1, -0.2, 0.3);

@@ -157,9 +157,7 @@ TEST(ActuatorRoles, AreTheParametersOfThoseNamesAndUnits) {
   const std::vector<ActuatorInfo>& table = actuator_table();
   for (std::size_t i = 0; i < table.size(); ++i) {
     const ActuatorInfo& info = table[i];
-    const auto name = [&](int role) {
-      return role < 0 ? std::string() : info.parameters[static_cast<std::size_t>(role)].name;
-    };
+    const auto name = [&](int role) { return role < 0 ? std::string() : info.parameters[role].name; };
     const auto has = [&](const std::string& wanted) {
       return std::any_of(info.parameters.begin(), info.parameters.end(),
                          [&](const ParameterInfo& p) { return wanted == p.name; });
@@ -380,7 +378,7 @@ TEST(StribeckFriction, SlidesAtNoLessThanItsBreakAwayEffort) {
   const PlantModel model =
       PlantModel(scenario).with_effects({effect("stribeck_friction", "slide", {{"Fc", 1.5}, {"Fs", 1.5}})});
   std::vector<double> values = model.values();
-  values[static_cast<std::size_t>(model.find("slide.stribeck_friction.Fs"))] = 0.4;  // as a search may ask
+  values[model.find("slide.stribeck_friction.Fs")] = 0.4;  // as a search may ask
   const Experiment experiment = started_experiment(scenario, start);
   const auto asked = predict(model, experiment, {values, model.values()}, on("featherstone", kStep));
   EXPECT_TRUE(same_bits(asked[0], asked[1]));

@@ -57,9 +57,8 @@ inline std::shared_ptr<const Recording> truth_recording(Scenario truth, const Dr
   Noise random(seed);
   for (std::size_t c = 0; c < signals.size(); ++c) {
     const Channel& channel = experiment.channels[c];
-    const std::string& joint = experiment.joint_names[static_cast<std::size_t>(channel.joint)];
-    std::vector<double>& column =
-        data->columns[static_cast<std::size_t>(data->find(truth.channels.of.at(channel.kind).at(joint).column))];
+    const std::string& joint = experiment.joint_names[channel.joint];
+    std::vector<double>& column = data->columns[data->find(truth.channels.of.at(channel.kind).at(joint).column)];
     column = signals[c];
     if (channel.kind != ChannelKind::effort) continue;
     for (double& x : column) x += noise * random();

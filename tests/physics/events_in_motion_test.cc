@@ -70,7 +70,7 @@ TEST(Push, TearsABlockLooseWhereItOutdoesTheFrictionOnly) {
 Scenario recorded_otherwise(const Scenario& scenario, std::size_t first, std::size_t end, double value) {
   Scenario out = scenario;
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-  std::vector<double>& u = data->columns[static_cast<std::size_t>(data->find("u_slide"))];
+  std::vector<double>& u = data->columns[data->find("u_slide")];
   for (std::size_t k = first; k < end; ++k) u[k] = value;
   out.recordings[0].data = data;
   return out;
@@ -238,8 +238,7 @@ TEST(EventsInMotion, AreInTheMotionThatAPlantIsLinearisedAbout) {
   const auto motion =
       make_simulator(rods.model, with, on("featherstone", 0.01))->linearise(rods.model.values(), one, {1.0, 1.0});
   const std::vector<double> means = mean_of_intervals(with.segments[0], small);
-  const Eigen::MatrixXd efforts =
-      kSmallPush * Eigen::Map<const Eigen::RowVectorXd>(means.data(), static_cast<Eigen::Index>(means.size()));
+  const Eigen::MatrixXd efforts = kSmallPush * Eigen::Map<const Eigen::RowVectorXd>(means.data(), means.size());
   const Eigen::MatrixXd response = motion.front().responses_at(1, efforts).front();
   Experiment more = with;
   add_event(more.segments[0], small);
@@ -250,7 +249,7 @@ TEST(EventsInMotion, AreInTheMotionThatAPlantIsLinearisedAbout) {
     for (std::size_t k = 0; k < after[c].size(); ++k) {
       const double change = after[c][k] - before[c][k];
       all += change * change;
-      missed += std::pow(change - response(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k)), 2);
+      missed += std::pow(change - response(c, k), 2);
     }
     EXPECT_GT(all, 0.0);
     EXPECT_LT(std::sqrt(missed / all), 1e-3) << "channel " << c;

@@ -31,10 +31,10 @@ Rows filled(Executor& executor, std::atomic<int>& computed) {
       [&](int worker, int piece) {
         EXPECT_LT(worker, executor.workers());
         ++computed;
-        for (double& x : rows[static_cast<std::size_t>(piece)]) x = std::sin(piece + 0.1 * x);
+        for (double& x : rows[piece]) x = std::sin(piece + 0.1 * x);
       },
       [&](int piece) -> std::vector<std::span<std::byte>> {
-        std::span<double> row(rows[static_cast<std::size_t>(piece)]);
+        std::span<double> row(rows[piece]);
         // Two places, the first of them empty for piece 0.
         return {std::as_writable_bytes(row.first(row.size() / 2)), std::as_writable_bytes(row.subspan(row.size() / 2))};
       },
@@ -87,7 +87,7 @@ TEST(Executor, AnInterruptionOfOneRankEndsAllAtTheSameCall) {
   std::array<int, 3> calls{};
   on_ranks(3, [&](Ranks& ranks, StopFlag& asked) {
     const auto executor = make_executor(1, &ranks, nullptr);
-    int& done = calls[static_cast<std::size_t>(ranks.rank())];
+    int& done = calls[ranks.rank()];
     EXPECT_THROW(
         for (;; ++done) {
           EXPECT_FALSE(ranks.stop());
@@ -126,9 +126,7 @@ TEST(Executor, RanksSimulateAPopulationToTheSameBitsOnEveryEngine) {
   for (std::size_t s = 0; s < segments.size(); ++s) segments[s] = static_cast<int>(s);
   const auto last_positions = [&](const SimulatorOptions& options) {
     Rows out(values.size(), std::vector<double>(segments.size(), -1.0));
-    const auto at = [&](int i, int s) -> double& {
-      return out[static_cast<std::size_t>(i)][static_cast<std::size_t>(s)];
-    };
+    const auto at = [&](int i, int s) -> double& { return out[i][s]; };
     make_simulator(model, experiment, options)
         ->run(
             values, segments, [&](int i, int s, const auto& predicted) { at(i, s) = predicted[1].back(); },

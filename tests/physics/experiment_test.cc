@@ -17,7 +17,7 @@ Scenario recorded(const std::vector<double>& time, const std::vector<double>& po
   Scenario scenario = bare_scenario(robot, {}, false);
   Drive drive{time, {std::vector<double>(time.size(), 0.0)}};
   auto data = recording_of(*robot, drive, {{0.0}, {0.0}});
-  data->columns[static_cast<std::size_t>(data->find("q_swing"))] = position;
+  data->columns[data->find("q_swing")] = position;
   add_recording(scenario, data);
   scenario.prediction = prediction;
   return scenario;
@@ -199,7 +199,7 @@ TEST(Experiment, MeasuresTheSizesThatSearchesAreScaledBy) {
   for (const double t : time) q.push_back(2.0 + 0.5 * std::sin(std::numbers::pi * t));
   Scenario scenario = recorded(time, q);
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-  for (double& u : data->columns[static_cast<std::size_t>(data->find("u_swing"))]) u = -3.0;
+  for (double& u : data->columns[data->find("u_swing")]) u = -3.0;
   scenario.recordings[0].data = data;
   const Experiment experiment = make_experiment(scenario);
   EXPECT_NEAR(experiment.command_rms[0], 3.0, 1e-12);

@@ -161,7 +161,7 @@ TEST(HydraulicArm, HasTheSameBitsInAnyCompanyAndOnAnyNumberOfThreads) {
   std::vector<std::vector<double>> values(static_cast<std::size_t>(lane_info().width) + 3, model.values());
   for (auto& individual : values)
     for (double& x : individual) x *= 0.8 + 0.4 * random.uniform();
-  values[1][static_cast<std::size_t>(model.find("joint_4.bulk_modulus"))] *= 30.0;  // needs many more pieces
+  values[1][model.find("joint_4.bulk_modulus")] *= 30.0;  // needs many more pieces
   const auto together = predict(model, experiment, values, on("featherstone", kStep));
   EXPECT_TRUE(same_bits(together, predict(model, experiment, values, on("featherstone", kStep, 2))));
   for (const std::size_t i : {std::size_t{0}, std::size_t{2}, values.size() - 1})

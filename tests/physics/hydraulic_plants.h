@@ -87,10 +87,10 @@ Scenario pressed(std::shared_ptr<const Robot> robot, const Numbers& numbers, con
   Scenario out =
       driven(std::move(robot), numbers, constant_drive(1, 1.0, 0.01, 3.0), {{0.0}, {0.0}}, std::move(effects));
   auto data = std::make_shared<Recording>(*out.recordings[0].data);
-  const std::vector<double> time = data->columns[static_cast<std::size_t>(data->find("t"))];
+  const std::vector<double> time = data->columns[data->find("t")];
   const std::string& joint = out.robot->joints()[0].name;
-  auto& head = data->columns[static_cast<std::size_t>(data->find("a_" + joint))];
-  auto& rod = data->columns[static_cast<std::size_t>(data->find("b_" + joint))];
+  auto& head = data->columns[data->find("a_" + joint)];
+  auto& rod = data->columns[data->find("b_" + joint)];
   for (std::size_t k = 0; k < time.size(); ++k) head[k] = a(time[k]), rod[k] = b(time[k]);
   out.recordings[0].data = data;
   out.pressure_driven = true;

@@ -331,8 +331,8 @@ TEST(Hydraulic, StartsWhereThePressuresAreMeasured) {
   Scenario scenario = driven(block_robot(), cylinder(), constant_drive(1, 0.5, 0.01, 0.0), start);
   const Moved unknown = simulated(scenario, start);
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-  for (double& p : data->columns[static_cast<std::size_t>(data->find("a_slide"))]) p = 61 * kBar;
-  for (double& p : data->columns[static_cast<std::size_t>(data->find("b_slide"))]) p = 82 * kBar;
+  for (double& p : data->columns[data->find("a_slide")]) p = 61 * kBar;
+  for (double& p : data->columns[data->find("b_slide")]) p = 82 * kBar;
   scenario.recordings[0].data = data;
   const Moved known = simulated(scenario, start);
   EXPECT_NEAR(known.a()[0], 61 * kBar, 1.0);

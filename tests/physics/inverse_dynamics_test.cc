@@ -84,20 +84,17 @@ Eigen::Vector2d regressed_armatures(const Scenario& scenario) {
   bare.effects = {effect("armature", "shoulder", {{"J", 0.0}}), effect("armature", "elbow", {{"J", 0.0}})};
   const PlantModel model(bare);
   std::vector<std::vector<double>> values(3, model.values());
-  values[1][static_cast<std::size_t>(model.find("shoulder.armature.J"))] = 1.0;
-  values[2][static_cast<std::size_t>(model.find("elbow.armature.J"))] = 1.0;
+  values[1][model.find("shoulder.armature.J")] = 1.0;
+  values[2][model.find("elbow.armature.J")] = 1.0;
   const Predictions predicted = predict(model, experiment, values, on("featherstone", 0.005));
   const auto n = static_cast<Eigen::Index>(experiment.segments[0].compared.size());
   Eigen::MatrixXd slopes(2 * n, 2);
   Eigen::VectorXd rest(2 * n);
   for (Eigen::Index c = 0; c < 2; ++c)
     for (Eigen::Index k = 0; k < n; ++k) {
-      const auto at = [&](std::size_t i) {
-        return predicted[i][0][static_cast<std::size_t>(c)][static_cast<std::size_t>(k)];
-      };
+      const auto at = [&](std::size_t i) { return predicted[i][0][c][k]; };
       slopes.row(c * n + k) << at(1) - at(0), at(2) - at(0);
-      rest(c * n + k) =
-          experiment.segments[0].measured[static_cast<std::size_t>(c)][static_cast<std::size_t>(k)] - at(0);
+      rest(c * n + k) = experiment.segments[0].measured[c][k] - at(0);
     }
   return slopes.colPivHouseholderQr().solve(rest);
 }
@@ -159,7 +156,7 @@ TEST(DriveSide, LeadsTheLinkByTheEffortThatBendsTheJoint) {
   const Segment& segment = experiment.segments[0];
   const ZeroPhaseLowPass filter(kPushCutoff, segment.motion->rate);
   for (int joint = 0; joint < 2; ++joint) {
-    std::vector<double> q = segment.motion->q[static_cast<std::size_t>(joint)];
+    std::vector<double> q = segment.motion->q[joint];
     filter.apply(q);
     std::size_t effort = 0, side = 0;
     for (std::size_t c = 0; c < experiment.channels.size(); ++c) {

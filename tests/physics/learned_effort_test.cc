@@ -163,8 +163,7 @@ TEST(LearnedEffort, IsInEveryLaneWhatItIsInDouble) {
       JointView<Pack> s;
       for (int l = 0; l < 2; ++l) set_lane(over_speed ? s.v : s.q, l, there[l]);
       const Pack found = LearnedEffort::effort(static_cast<const Pack*>(numbers.data()), s);
-      for (int l = 0; l < 2; ++l)
-        EXPECT_NEAR(lane(found, l), curves[static_cast<std::size_t>(l)](there[l]), kRoundings) << "lane " << l;
+      for (int l = 0; l < 2; ++l) EXPECT_NEAR(lane(found, l), curves[l](there[l]), kRoundings) << "lane " << l;
     }
   }
 }

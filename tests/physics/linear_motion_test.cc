@@ -25,7 +25,7 @@ struct Driven {
     model.emplace(scenario);
     experiment = started_experiment(scenario, at_rest);
     with = model->values();
-    with[static_cast<std::size_t>(model->find(scenario.robot->joints()[1].name + ".torque_offset.tau0"))] = kSmall;
+    with[model->find(scenario.robot->joints()[1].name + ".torque_offset.tau0")] = kSmall;
   }
   /// Of the offset: channel by channel.
   std::vector<std::vector<double>> simulated_change(const std::string& engine) const {
@@ -57,20 +57,16 @@ void expect_linear_response(const Driven& driven, const std::string& engine, dou
   ASSERT_TRUE(motion.front().is_finite());
   const std::vector<std::vector<double>> values{driven.model->values(), driven.with};
   std::vector<std::vector<std::vector<double>>> excess(2);
-  simulator->excess(values, one, motion,
-                    [&](int i, int, const auto& efforts) { excess[static_cast<std::size_t>(i)] = efforts; });
+  simulator->excess(values, one, motion, [&](int i, int, const auto& efforts) { excess[i] = efforts; });
   const auto intervals = static_cast<Eigen::Index>(motion.front().intervals());
   Eigen::MatrixXd added(2, intervals);
   for (Eigen::Index j = 0; j < 2; ++j)
-    for (Eigen::Index k = 0; k < intervals; ++k)
-      added(j, k) = excess[1][static_cast<std::size_t>(j)][static_cast<std::size_t>(k)] -
-                    excess[0][static_cast<std::size_t>(j)][static_cast<std::size_t>(k)];
+    for (Eigen::Index k = 0; k < intervals; ++k) added(j, k) = excess[1][j][k] - excess[0][j][k];
   const Eigen::MatrixXd response = motion.front().response(added);
   const std::vector<std::vector<double>> wanted = driven.simulated_change(engine);
   for (std::size_t c = 0; c < 4; ++c) {
     std::vector<double> miss = wanted[c];
-    for (std::size_t k = 0; k < miss.size(); ++k)
-      miss[k] -= response(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(k));
+    for (std::size_t k = 0; k < miss.size(); ++k) miss[k] -= response(c, k);
     EXPECT_LT(rms(miss), share * rms(wanted[c])) << "channel " << c;
     EXPECT_GT(rms(wanted[c]), 0.0);
   }
@@ -137,8 +133,8 @@ TEST(LinearMotion, AnswersManyEffortsAtOneJointAsEachAlone) {
       Eigen::MatrixXd alone = Eigen::MatrixXd::Zero(2, kIntervals);
       alone.row(joint) = efforts.row(i);
       const Eigen::MatrixXd expected = motion.response(alone);
-      ASSERT_EQ(found[static_cast<std::size_t>(i)].cols(), kIntervals + 1);
-      EXPECT_LT((found[static_cast<std::size_t>(i)] - expected).norm(), kRoundingOfAProduct * expected.norm())
+      ASSERT_EQ(found[i].cols(), kIntervals + 1);
+      EXPECT_LT((found[i] - expected).norm(), kRoundingOfAProduct * expected.norm())
           << "joint " << joint << " row " << i;
       EXPECT_GT(expected.norm(), 1.0) << "nothing was tested";
     }

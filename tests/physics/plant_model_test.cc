@@ -39,9 +39,9 @@ TEST(PlantModel, NamesEveryParameterWithItsUnitAndValue) {
   for (const auto& [name, value] : expected) {
     const int index = model.find(name);
     ASSERT_GE(index, 0) << name;
-    EXPECT_EQ(model.values()[static_cast<std::size_t>(index)], value) << name;
+    EXPECT_EQ(model.values()[index], value) << name;
   }
-  EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("swing.gain"))].unit, "N m/cmd");
+  EXPECT_EQ(model.parameters()[model.find("swing.gain")].unit, "N m/cmd");
   EXPECT_EQ(model.find("swing.nothing"), -1);
   EXPECT_EQ(model.matching("damping"), std::vector<int>{model.find("swing.damping")});
   EXPECT_EQ(model.matching("mass"), std::vector<int>{model.find("rod.mass")});
@@ -50,15 +50,14 @@ TEST(PlantModel, NamesEveryParameterWithItsUnitAndValue) {
 
 TEST(PlantModel, GivesLinearUnitsToPrismaticJoints) {
   const PlantModel model(bare_scenario(block_robot(), {actuator("slide", "direct_effort", {{"gain", 1.0}})}));
-  EXPECT_EQ(model.parameters()[static_cast<std::size_t>(model.find("slide.damping"))].unit, "N s/m");
+  EXPECT_EQ(model.parameters()[model.find("slide.damping")].unit, "N s/m");
   const PlantModel more =
       model.with_effects({effect("power_friction", "slide", {}), effect("gear_ripple", "slide", {}),
                           effect("viscous_friction", "slide", {}), effect("torque_offset", "slide", {})});
   const std::vector<std::pair<std::string, std::string>> units = {
       {"power_friction.c", "N (s/m)^p"}, {"power_friction.v0", "m/s"}, {"gear_ripple.n", "1/m"}, {"gear_ripple.a", "N"},
       {"viscous_friction.D", "N s/m"},   {"torque_offset.tau0", "N"}};
-  for (const auto& [name, unit] : units)
-    EXPECT_EQ(more.parameters()[static_cast<std::size_t>(more.find("slide." + name))].unit, unit) << name;
+  for (const auto& [name, unit] : units) EXPECT_EQ(more.parameters()[more.find("slide." + name)].unit, unit) << name;
 }
 
 TEST(PlantModel, RefusesWhatItDoesNotKnowAndListsWhatItDoes) {
@@ -102,7 +101,7 @@ TEST(PlantModel, TakesNegativeGainsAndOrdersTheBoundsRelativeToThem) {
     Scenario scenario = pendulum_with({actuator("swing", info.name, p)});
     scenario.identify = {{"gain", true, 0.5, 2.0, "test"}};
     const PlantModel model(scenario);
-    EXPECT_EQ(model.values()[static_cast<std::size_t>(model.find("swing.gain"))], -2.0) << info.name;
+    EXPECT_EQ(model.values()[model.find("swing.gain")], -2.0) << info.name;
     const SearchSpace space(model, scenario);
     ASSERT_EQ(space.size(), 1u);
     EXPECT_EQ(space.axes()[0].lower, -4.0) << info.name;
@@ -133,8 +132,8 @@ TEST(PlantModel, TellsAJointNamedArmFromTheWholeArm) {
   const PlantModel model(
       excavator({effect("payload", "arm", {{"m", 3.0}}), effect("coulomb_friction", "arm", {{"Fc", 0.7}}),
                  effect("supply_pressure_sag", "arm", {{"depth", 0.1}, {"flow_arm", 2.0}})}));
-  EXPECT_EQ(model.effects()[static_cast<std::size_t>(model.find_effect_at("payload", "arm"))].joint, -1);
-  EXPECT_EQ(model.effects()[static_cast<std::size_t>(model.find_effect_at("coulomb_friction", "arm"))].joint, 1);
+  EXPECT_EQ(model.effects()[model.find_effect_at("payload", "arm")].joint, -1);
+  EXPECT_EQ(model.effects()[model.find_effect_at("coulomb_friction", "arm")].joint, 1);
   EXPECT_EQ(model.find_effect_at("coulomb_friction", "boom"), -1);
   for (const Component& effect : model.effects()) EXPECT_EQ(model.place_name(effect), "arm");
   const std::vector<std::pair<std::string, double>> expected = {{"arm.gain", 2.0},
@@ -143,7 +142,7 @@ TEST(PlantModel, TellsAJointNamedArmFromTheWholeArm) {
                                                                 {"arm.supply_pressure_sag.flow_arm", 2.0}};
   for (const auto& [name, value] : expected) {
     ASSERT_GE(model.find(name), 0) << name;
-    EXPECT_EQ(model.values()[static_cast<std::size_t>(model.find(name))], value) << name;
+    EXPECT_EQ(model.values()[model.find(name)], value) << name;
     EXPECT_EQ(model.matching(name), std::vector<int>{model.find(name)});
   }
   EXPECT_EQ(model.matching("gain"), std::vector<int>{model.find("arm.gain")});
@@ -171,7 +170,7 @@ TEST(PlantModel, RefusesEffectsAtAPlaceWhereTheyCannotActOrStandAlready) {
 
 TEST(PlantModel, SwitchesAnEffectOffInRecordingsThatItDoesNotName) {
   const PlantModel model(pendulum_with({drive()}, {effect("payload", "arm", {{"m", 2.0}}, {"a.csv", "b.csv"})}));
-  const auto m = static_cast<std::size_t>(model.find("arm.payload.m"));
+  const std::size_t m = model.find("arm.payload.m");
   EXPECT_EQ(model.values_in("a.csv", model.values())[m], 2.0);
   EXPECT_EQ(model.values_in("b.csv", model.values())[m], 2.0);
   EXPECT_EQ(model.values_in("c.csv", model.values())[m], 0.0);
@@ -201,7 +200,7 @@ TEST(PlantModel, WithEffectsLeavesTheOriginalAndTheOldValuesAlone) {
 TEST(PlantModel, ScalesALinksInertiaWithItsMass) {
   const PlantModel model(pendulum_with({drive()}));
   std::vector<double> values = model.values();
-  values[static_cast<std::size_t>(model.find("rod.mass"))] = 3.0;
+  values[model.find("rod.mass")] = 3.0;
   const Inertial one = model.inertials(model.values())[0], three = model.inertials(values)[0];
   EXPECT_DOUBLE_EQ(three.mass, 3.0 * one.mass);
   EXPECT_TRUE(three.com.isApprox(one.com, 1e-14));

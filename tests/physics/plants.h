@@ -69,7 +69,7 @@ inline std::vector<double> clock(double seconds, double period) {
 /// The same command throughout.
 inline Drive constant_drive(int joints, double seconds, double period, double u) {
   Drive out{clock(seconds, period), {}};
-  out.u.assign(static_cast<std::size_t>(joints), std::vector<double>(out.time.size(), u));
+  out.u.assign(joints, std::vector<double>(out.time.size(), u));
   return out;
 }
 
@@ -179,7 +179,7 @@ inline Predictions predict(const PlantModel& model, const Experiment& experiment
   for (std::size_t s = 0; s < segments.size(); ++s) segments[s] = static_cast<int>(s);
   Predictions out(values.size(), std::vector<std::vector<std::vector<double>>>(segments.size()));
   make_simulator(model, experiment, options)->run(values, segments, [&](int i, int s, const auto& predicted) {
-    out[static_cast<std::size_t>(i)][static_cast<std::size_t>(s)] = predicted;
+    out[i][s] = predicted;
   });
   return out;
 }
@@ -260,9 +260,9 @@ inline std::shared_ptr<const Recording> simulated_recording(const Scenario& trut
   Noise random(seed);
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
     const Channel& channel = experiment.channels[c];
-    const std::string& joint = truth.robot->joints()[static_cast<std::size_t>(channel.joint)].name;
+    const std::string& joint = truth.robot->joints()[channel.joint].name;
     const std::string name = (channel.kind == ChannelKind::position ? "q_" : "v_") + joint;
-    auto& column = data->columns[static_cast<std::size_t>(data->find(name))];
+    auto& column = data->columns[data->find(name)];
     column = predicted[c];
     if (noise > 0.0) {
       for (double& x : column) x += noise * random();

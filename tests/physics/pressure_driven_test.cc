@@ -65,8 +65,8 @@ struct Twice {
                                   {effect("coulomb_friction", "swing", {{"Fc", 5.0}})});
     by_valve = simulated(valve, kPistonAtRest, 1e-3);
     auto data = std::make_shared<Recording>(*valve.recordings[0].data);
-    data->columns[static_cast<std::size_t>(data->find("a_swing"))] = by_valve.a();
-    data->columns[static_cast<std::size_t>(data->find("b_swing"))] = by_valve.b();
+    data->columns[data->find("a_swing")] = by_valve.a();
+    data->columns[data->find("b_swing")] = by_valve.b();
     by_pressures = valve;
     by_pressures.recordings[0].data = data;
     by_pressures.pressure_driven = true;

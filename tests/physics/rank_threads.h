@@ -68,7 +68,7 @@ class ThreadTransport final : public RankTransport {
 inline void on_ranks(int size, const std::function<void(Ranks&, StopFlag&)>& program) {
   MeetingPlace place(size);
   std::vector<std::thread> processes;
-  processes.reserve(static_cast<std::size_t>(size));
+  processes.reserve(size);
   for (int rank = 0; rank < size; ++rank) {
     processes.emplace_back([&, rank] {
       StopFlag asked{false};

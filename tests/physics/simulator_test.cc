@@ -71,7 +71,7 @@ TEST(Lanes, DoNotDisturbEachOtherWhenOneDivergesOrHoldsGarbage) {
   const auto clean = predict(model, experiment, values, on("featherstone", 0.005));
   for (const double bad : {kMissing, HUGE_VAL, 1e300, -1e9}) {
     auto spoilt = values;
-    spoilt[1][static_cast<std::size_t>(model.find("joint_2.gain"))] = bad;
+    spoilt[1][model.find("joint_2.gain")] = bad;
     const auto out = predict(model, experiment, spoilt, on("featherstone", 0.005));
     EXPECT_FALSE(same_bits(out[1], clean[1]));
     if (!std::isfinite(bad)) {
@@ -118,8 +118,7 @@ TEST(Lanes, GiveTheSameAnswerWhicheverSegmentsShareThem) {
   for (int s = 0; s < 4; ++s) {
     const std::vector<int> one{s};
     make_simulator(model, experiment, on("featherstone", 0.005))->run(values, one, [&](int i, int, const auto& alone) {
-      EXPECT_TRUE(same_bits(alone, together[static_cast<std::size_t>(i)][static_cast<std::size_t>(s)]))
-          << i << ' ' << s;
+      EXPECT_TRUE(same_bits(alone, together[i][s])) << i << ' ' << s;
     });
   }
   EXPECT_FALSE(same_bits(together[0][0], together[0][2]));
@@ -262,7 +261,7 @@ TEST(ChooseStep, TakesNoShortStepsForWhatDivergesAtAnyStep) {
   const PlantModel model(scenario);
   const Experiment experiment = started_experiment(scenario, kArmStart);
   std::vector<double> values = model.values();
-  values[static_cast<std::size_t>(model.find("joint_2.damping"))] = -1e6;
+  values[model.find("joint_2.damping")] = -1e6;
   const StepChoice choice = choose_step(model, experiment, on("featherstone", 0.01), values);
   EXPECT_EQ(choice.step, 0.01);
   EXPECT_FALSE(std::isfinite(choice.error_over_noise));

@@ -70,7 +70,7 @@ Experiment moved_by_the_truth(const Scenario& scenario) {
   Scenario moved = scenario;
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
   for (std::size_t j = 0; j < truth.size(); ++j)
-    data->columns[static_cast<std::size_t>(data->find("q_" + scenario.robot->joints()[j].name))] = truth[j];
+    data->columns[data->find("q_" + scenario.robot->joints()[j].name)] = truth[j];
   moved.recordings[0].data = data;
   return make_experiment(moved);
 }
@@ -272,7 +272,7 @@ TEST(Outside, ACableOverTheNextJointPullsAtItsOwn) {
   taut.form.centre = -20.0;
   Scenario pushed = scenario;
   auto data = std::make_shared<Recording>(*scenario.recordings[0].data);
-  for (double& u : data->columns[static_cast<std::size_t>(data->find("u_shoulder"))]) u += 0.8 / 4.0;
+  for (double& u : data->columns[data->find("u_shoulder")]) u += 0.8 / 4.0;
   pushed.recordings[0].data = data;
   EXPECT_LT(worst_difference(moved_with(scenario, {taut})[0], moved_with(pushed, {})[0]), 1e-9);
 }

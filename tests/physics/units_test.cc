@@ -23,7 +23,7 @@ Scenario pendulum(const std::string& model, double gain) {
 
 std::string unit_of(const Scenario& scenario, const std::string& parameter) {
   const PlantModel model(scenario);
-  return model.parameters()[static_cast<std::size_t>(model.find(parameter))].unit;
+  return model.parameters()[model.find(parameter)].unit;
 }
 
 TEST(UnitAt, PutsTheCommandsUnitWhereTheTablesHaveVolts) {

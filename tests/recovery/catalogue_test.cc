@@ -104,7 +104,7 @@ class Planted : public testing::TestWithParam<std::string> {};
 
 TEST_P(Planted, StandsInTheClassOfWhatIsNamedAtItsPlace) {
   const std::string name = GetParam();
-  const EffectInfo& info = effect_table()[static_cast<std::size_t>(find_effect(name))];
+  const EffectInfo& info = effect_table()[find_effect(name)];
   const Diagnosis d = diagnosed(planted(info));
   std::string said = to_string(d.verdict);
   bool found = false;

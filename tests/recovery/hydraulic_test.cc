@@ -51,8 +51,8 @@ TEST(HydraulicRecovery, FindsValveFrictionAndLeakageOfJoint2FromItsAngleAndPress
   const FitResult fit = least_squares_fit(scenario);
   const PlantModel model(scenario), truth(hydraulic_scenario("joint_2/truth.yaml", false));
   for (const std::string name : {"joint_2.gain", "joint_2.viscous_friction.D", "joint_2.leakage"}) {
-    const double found = fit.values[static_cast<std::size_t>(model.find(name))];
-    const double planted = truth.values()[static_cast<std::size_t>(truth.find(name))];
+    const double found = fit.values[model.find(name)];
+    const double planted = truth.values()[truth.find(name)];
     EXPECT_NEAR(found, planted, 0.01 * planted) << name;
   }
   // Three standard errors of an rms of so many samples, and what the integration may add.

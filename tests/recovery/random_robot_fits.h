@@ -30,8 +30,7 @@ struct RobotFit {
 /// lets them be.
 inline std::vector<ActuatorSpec> random_actuators(Random& random, const std::shared_ptr<const Robot>& robot,
                                                   const Drive& drive) {
-  const bool both_signs =
-      actuator_table()[static_cast<std::size_t>(find_actuator("torque_source"))].parameters.front().lower < 0.0;
+  const bool both_signs = actuator_table()[find_actuator("torque_source")].parameters.front().lower < 0.0;
   std::vector<ActuatorSpec> unit;
   for (const Joint& joint : robot->joints())
     unit.push_back(actuator(joint.name, "torque_source", {{"gain", 1.0}, {"damping", 1.0}, {"stiffness", 1.0}}));
@@ -66,8 +65,8 @@ inline std::shared_ptr<const Recording> recording_by_truth(const Scenario& truth
   const auto motion = simulate_truth(model, experiment.segments.front(), experiment.channels, model.values(), options);
   Noise noise(seed);
   for (std::size_t c = 0; c < experiment.channels.size(); ++c) {
-    const std::string& joint = truth.robot->joints()[static_cast<std::size_t>(experiment.channels[c].joint)].name;
-    auto& column = data->columns[static_cast<std::size_t>(data->find("q_" + joint))];
+    const std::string& joint = truth.robot->joints()[experiment.channels[c].joint].name;
+    auto& column = data->columns[data->find("q_" + joint)];
     column = motion[c];
     for (double& x : column) x += kRobotNoise * noise();
   }

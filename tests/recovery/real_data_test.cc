@@ -79,7 +79,7 @@ TEST(Emps, RefitOverTheWholeRecordGivesThePublishedParametersWithinOnePercent) {
     identify_options.simulator.engine = engine;
     identify_options.simulator.threads = default_threads();
     const FitResult fit = identify(model, experiment, space, identify_options);
-    auto value = [&](const std::string& name) { return fit.values[static_cast<std::size_t>(model.find(name))]; };
+    auto value = [&](const std::string& name) { return fit.values[model.find(name)]; };
     const std::vector<double> masses = model.link_masses(fit.values);
     double mass = 0.0;
     for (const double m : masses) mass += m;

@@ -41,10 +41,10 @@ struct Combinations {
   double gain, damping, inertia, gravity;
 };
 Combinations combinations(const PlantModel& model, const std::vector<double>& values) {
-  auto value = [&](const std::string& name) { return values[static_cast<std::size_t>(model.find(name))]; };
+  auto value = [&](const std::string& name) { return values[model.find(name)]; };
   auto dynamics = find_engine("featherstone").build(model.robot_ptr(), model.gravity());
   const std::vector<Inertial> inertials = model.inertials(values);
-  for (int i = 0; i < model.dof(); ++i) dynamics->set_inertial(i, inertials[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < model.dof(); ++i) dynamics->set_inertial(i, inertials[i]);
   const std::vector<double> q{0.0, 0.4, 0.0, 0.0, 0.0, 0.0}, zero(6, 0.0);
   std::vector<double> tau(6);
   dynamics->inverse_dynamics(q, zero, zero, tau);
@@ -74,7 +74,7 @@ Scenario noise_free(const std::string& table, const std::string& maker) {
   Start start{std::vector<double>(6, 0.0), std::vector<double>(6, 0.0), false};
   const auto settled = simulated_recording(plant, constant_drive(6, 10.0, 0.1, 0.0), start, "featherstone", "rest.csv",
                                            0.0, 1, 0.5 * kStep);
-  start.q[1] = settled->columns[static_cast<std::size_t>(settled->find("q_joint_2"))].back();
+  start.q[1] = settled->columns[settled->find("q_joint_2")].back();
   Drive drive = constant_drive(6, 2.5, kStep, 0.0);
   const Drive sines = sine_drive(6, 2.5, kStep, 6.0);
   for (std::size_t k = 50; k < drive.time.size(); ++k) drive.u[1][k] = sines.u[1][k];

@@ -64,9 +64,8 @@ inline std::shared_ptr<const Robot> with_mesh(const Robot& plain, const Mesh& me
 inline std::vector<Eigen::Isometry3d> link_poses(const Robot& robot, const std::vector<double>& q) {
   std::vector<Eigen::Isometry3d> bodies;
   for (int i = 0; i < robot.dof(); ++i) {
-    const Joint& joint = robot.joints()[static_cast<std::size_t>(i)];
-    Eigen::Isometry3d pose =
-        joint.parent < 0 ? joint.origin : bodies[static_cast<std::size_t>(joint.parent)] * joint.origin;
+    const Joint& joint = robot.joints()[i];
+    Eigen::Isometry3d pose = joint.parent < 0 ? joint.origin : bodies[joint.parent] * joint.origin;
     const double value = q.at(static_cast<std::size_t>(i));
     if (joint.prismatic()) {
       pose.translate(joint.axis * value);

@@ -58,8 +58,7 @@ std::vector<Isometry3d> poses_of(const PageData& joints, const std::vector<doubl
       motion.translation() = axis * q[i];
     else
       motion.linear() = Eigen::AngleAxisd(q[i], axis).toRotationMatrix();
-    out.push_back((parent < 0 ? Isometry3d::Identity() : out[static_cast<std::size_t>(parent)]) *
-                  pose_of(joint["origin"]) * motion);
+    out.push_back((parent < 0 ? Isometry3d::Identity() : out[parent]) * pose_of(joint["origin"]) * motion);
   }
   return out;
 }
@@ -84,8 +83,7 @@ TEST(ReplaySection, SolidsStandWhereTheSnapshotsHaveThem) {
     for (std::size_t s = 0; s < figure.size(); ++s) {
       const PageData& solid = data["solids"][s];
       const int body = solid["body"].get<int>();
-      const Isometry3d pose =
-          (body < 0 ? Isometry3d::Identity() : poses[static_cast<std::size_t>(body)]) * pose_of(solid["pose"]);
+      const Isometry3d pose = (body < 0 ? Isometry3d::Identity() : poses[body]) * pose_of(solid["pose"]);
       EXPECT_LT((pose.translation() - figure[s].pose.translation()).norm(), kRounding) << urdf << ", solid " << s;
       // What is round about its z looks the same however it is turned about it.
       const int first = figure[s].kind == Solid::Kind::box ? 0 : 2;
@@ -114,9 +112,8 @@ TEST(ReplaySection, CylindersHangOnTheirPinsInEveryPose) {
     for (const std::size_t k : {2, 3}) {
       const PageData& pin = solids[at + k];
       const int body = pin["body"].get<int>();
-      EXPECT_EQ(body, k == 2 ? robot.joints()[static_cast<std::size_t>(piston.joint)].parent : piston.joint);
-      const Isometry3d pose =
-          (body < 0 ? Isometry3d::Identity() : bodies[static_cast<std::size_t>(body)]) * pose_of(pin["pose"]);
+      EXPECT_EQ(body, k == 2 ? robot.joints()[piston.joint].parent : piston.joint);
+      const Isometry3d pose = (body < 0 ? Isometry3d::Identity() : bodies[body]) * pose_of(pin["pose"]);
       EXPECT_LT((pose.translation() - parts[k].pose.translation()).norm(), kRounding) << piston.joint << ", pin " << k;
     }
     for (const std::size_t k : {0, 1}) {

@@ -16,12 +16,12 @@ const std::filesystem::path kFolder = std::filesystem::path(LACUNA_SOURCE_DIR) /
 std::vector<Eigen::Isometry3d> stretched(const Robot& robot) {
   std::vector<Eigen::Isometry3d> poses;
   for (const Joint& joint : robot.joints())
-    poses.push_back(joint.parent < 0 ? joint.origin : poses[static_cast<std::size_t>(joint.parent)] * joint.origin);
+    poses.push_back(joint.parent < 0 ? joint.origin : poses[joint.parent] * joint.origin);
   return poses;
 }
 
 bool carries(const Robot& robot, int joint, int body) {
-  while (body > joint) body = robot.joints()[static_cast<std::size_t>(body)].parent;
+  while (body > joint) body = robot.joints()[body].parent;
   return body == joint;
 }
 
@@ -31,22 +31,21 @@ Inertial carried(const Robot& robot, int joint) {
   Inertial sum;
   for (int body = joint; body < robot.dof(); ++body)
     if (carries(robot, joint, body))
-      sum = welded(sum, robot.body_inertial(body).seen_from(poses[static_cast<std::size_t>(joint)].inverse() *
-                                                            poses[static_cast<std::size_t>(body)]));
+      sum = welded(sum, robot.body_inertial(body).seen_from(poses[joint].inverse() * poses[body]));
   return sum;
 }
 
 /// Torque of gravity on revolute joint `joint` at q = 0, N m.
 double gravity_torque(const Robot& robot, int joint) {
-  const auto pose = stretched(robot)[static_cast<std::size_t>(joint)];
+  const auto pose = stretched(robot)[joint];
   const Inertial load = carried(robot, joint);
   const Eigen::Vector3d weight = pose.linear().transpose() * Eigen::Vector3d(0, 0, -9.81 * load.mass);
-  return std::abs(robot.joints()[static_cast<std::size_t>(joint)].axis.dot(load.com.cross(weight)));
+  return std::abs(robot.joints()[joint].axis.dot(load.com.cross(weight)));
 }
 
 double inertia_about(const Robot& robot, int joint) {
   const Inertial load = carried(robot, joint);
-  const Eigen::Vector3d axis = robot.joints()[static_cast<std::size_t>(joint)].axis;
+  const Eigen::Vector3d axis = robot.joints()[joint].axis;
   return axis.dot(load.inertia * axis) + load.mass * axis.cross(load.com).squaredNorm();
 }
 
@@ -107,8 +106,7 @@ TEST(Bundled, PresetBoundsHoldBothTruthsAndDoNotStartAtOne) {
       const auto dot = spec.name.find('.');
       const std::string owner = spec.name.substr(0, dot), parameter = spec.name.substr(dot + 1);
       const auto value = [&](const Scenario& s) {
-        if (parameter == "mass")
-          return s.robot->links()[static_cast<std::size_t>(*s.robot->find_link(owner))].inertial.mass;
+        if (parameter == "mass") return s.robot->links()[*s.robot->find_link(owner)].inertial.mass;
         return s.actuators.front().parameters.at(parameter);  // joint 2 has the only one
       };
       EXPECT_GT(value(truth), spec.lower) << name << ' ' << spec.name;
@@ -173,7 +171,7 @@ TEST(SharedData, TheProjectsArmAgreesWithTheReferenceArm) {
     EXPECT_NEAR(a.mass, b.mass, 1e-12);
     EXPECT_NEAR((a.com - b.com).norm(), 0.0, 1e-12);
     EXPECT_NEAR((a.inertia - b.inertia).norm(), 0.0, 2e-4) << "the reference is rounded to four decimals";
-    const Joint &p = ours->joints()[static_cast<std::size_t>(i)], &q = reference->joints()[static_cast<std::size_t>(i)];
+    const Joint &p = ours->joints()[i], &q = reference->joints()[i];
     EXPECT_EQ(p.name, q.name);
     EXPECT_TRUE(p.origin.isApprox(q.origin, 1e-12));
     EXPECT_NEAR((p.axis - q.axis).norm(), 0.0, 1e-12);

@@ -115,8 +115,8 @@ TEST(MatHdf5, ReadsVectorsOrOneStructOfThemPlainAndCompressed) {
     }
     const auto data = load_recording(file, "run.mat");
     ASSERT_EQ(data->names.size(), 2u) << form;
-    EXPECT_EQ(data->columns[static_cast<std::size_t>(data->find("t"))], (std::vector<double>{0, 0.1, 0.2})) << form;
-    const auto& read = data->columns[static_cast<std::size_t>(data->find("q_1"))];
+    EXPECT_EQ(data->columns[data->find("t")], (std::vector<double>{0, 0.1, 0.2})) << form;
+    const auto& read = data->columns[data->find("q_1")];
     EXPECT_EQ(read[2], 3.0) << form;
     EXPECT_TRUE(std::isnan(read[1])) << form;
     EXPECT_EQ(data->missing, 1u) << form;

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 double worst_difference(const std::shared_ptr<const Robot>& one, const std::shared_ptr<const Robot>& other) {
   const Eigen::Vector3d gravity(0.3, -0.2, -9.81);
   const auto a = find_engine("featherstone").build(one, gravity), b = find_engine("featherstone").build(other, gravity);
-  const std::size_t n = static_cast<std::size_t>(one->dof());
+  const std::size_t n = one->dof();
   std::vector<double> q(n), v(n), tau(n), x(n), y(n);
   double worst = 0.0;
   for (int k = 0; k < 200; ++k) {
@@ -68,10 +68,8 @@ TEST(Mjcf, IsTheSameRobotAsItsUrdf) {
   const auto urdf = Robot::from_urdf_text(kUrdf, "two.urdf");
   ASSERT_EQ(model.robot->dof(), 3);
   for (int j = 0; j < 3; ++j) {
-    EXPECT_EQ(model.robot->joints()[static_cast<std::size_t>(j)].name,
-              urdf->joints()[static_cast<std::size_t>(j)].name);
-    EXPECT_DOUBLE_EQ(model.robot->joints()[static_cast<std::size_t>(j)].lower,
-                     urdf->joints()[static_cast<std::size_t>(j)].lower);
+    EXPECT_EQ(model.robot->joints()[j].name, urdf->joints()[j].name);
+    EXPECT_DOUBLE_EQ(model.robot->joints()[j].lower, urdf->joints()[j].lower);
   }
   EXPECT_LT(worst_difference(model.robot, urdf), kSameAccelerations);
   // And what is written as URDF is still the same.

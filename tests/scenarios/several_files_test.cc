@@ -47,7 +47,7 @@ const std::vector<double>& column_in(const Scenario& s, const std::string& name,
   const Recording& data = *s.recordings[recording].data;
   const int at = data.find(name);
   if (at < 0) throw std::runtime_error("no column " + name);
-  return data.columns[static_cast<std::size_t>(at)];
+  return data.columns[at];
 }
 
 TEST(SeveralFiles, StandOnTheClockOfTheFirst) {

@@ -65,7 +65,7 @@ TEST(Urdf, MeshesAreNamedAndNotOpened) {
                                                     "<link name='base'><visual><geometry><mesh filename='none/x.stl' "
                                                     "scale='1 2 .5'/></geometry></visual></link>"),
                                            "arm.urdf");
-  const Visual& visual = robot->links()[static_cast<std::size_t>(*robot->find_link("base"))].visuals.at(0);
+  const Visual& visual = robot->links()[*robot->find_link("base")].visuals.at(0);
   EXPECT_EQ(visual.mesh_file, "none/x.stl");
   EXPECT_EQ(visual.mesh_scale, Eigen::Vector3d(1, 2, 0.5));
   EXPECT_FALSE(visual.drawn());
@@ -76,7 +76,7 @@ TEST(Urdf, WhatIsWrittenReadsBack) {
   const auto back = Robot::from_urdf_text(to_urdf(*robot), "back.urdf");
   ASSERT_EQ(back->dof(), robot->dof());
   for (int i = 0; i < robot->dof(); ++i) {
-    const auto index = static_cast<std::size_t>(i);
+    const std::size_t index = i;
     EXPECT_EQ(back->joints()[index].name, robot->joints()[index].name);
     EXPECT_EQ(back->joints()[index].axis, robot->joints()[index].axis);
     EXPECT_TRUE(back->joints()[index].origin.isApprox(robot->joints()[index].origin, 1e-15));

@@ -56,7 +56,7 @@ TEST(Identifiability, ExpectedErrorsAreTheScatterOfEstimates) {
     Task again = task;
     Eigen::Index row = 0;
     for (const int s : task.train) {
-      Segment& segment = again.experiment.segments[static_cast<std::size_t>(s)];
+      Segment& segment = again.experiment.segments[s];
       for (double& x : segment.measured[0]) x += task.weights[0] * (residual(row++) + noise());
     }
     Problem problem(*trial.model, again.experiment, again.space, again.simulator, again.weights);

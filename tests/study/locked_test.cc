@@ -36,7 +36,7 @@ TEST(LockedJoints, WeldedLinksKeepTheirMassesAndTheirInfluence) {
   for (int i = 2; i <= 6; ++i) EXPECT_GE(model.find("link_" + std::to_string(i) + ".mass"), 0) << i;
   std::vector<double> values = model.values();
   const double before = model.inertials(values).front().mass;
-  values[static_cast<std::size_t>(model.find("link_6.mass"))] += 2.0;
+  values[model.find("link_6.mass")] += 2.0;
   EXPECT_NEAR(model.inertials(values).front().mass, before + 2.0, 1e-12);
 }
 

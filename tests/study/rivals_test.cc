@@ -49,7 +49,7 @@ void expect_budget_kept(const RivalsRecord& record) {
 
 void expect_recommendation_follows(const RivalsRecord& record) {
   ASSERT_GE(record.recommended, 0);
-  const MethodRecord& best = record.methods[static_cast<std::size_t>(record.recommended)];
+  const MethodRecord& best = record.methods[record.recommended];
   for (const MethodRecord& m : record.methods) {
     EXPECT_GE(best.success[0], m.success[0]);
     if (m.success[0] != best.success[0]) continue;

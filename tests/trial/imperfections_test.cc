@@ -42,7 +42,7 @@ ConcealOptions unmoved() {
 
 std::vector<double> column(const Scenario& scenario, std::size_t recording, const std::string& name) {
   const Recording& data = *scenario.recordings[recording].data;
-  return data.columns[static_cast<std::size_t>(data.find(name))];
+  return data.columns[data.find(name)];
 }
 
 double rms_difference(const std::vector<double>& a, const std::vector<double>& b) {
