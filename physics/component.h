@@ -162,7 +162,7 @@ struct Hooks {
   /// they reach it. `command` sees it as s.share.
   T (*share)(const T* p, const T* asked, int joints) = nullptr;
   bool curve = false;     ///< command looks at nothing but s.u
-  bool loaded = false;    ///< dry_friction looks at s.load
+  bool loaded = false;    ///< dry_friction and effort look at s.load, and at no state or memory
   bool directed = false;  ///< dry_friction looks at s.direction
   /// What the joint's transducer makes of its position: changed in place at samples `time` (s), `stride` apart.
   void (*sense)(const T* p, const std::vector<T>& time, T* q, std::size_t stride) = nullptr;

@@ -161,7 +161,7 @@ class InverseDynamicsRun {
     share(now_);
     for (std::size_t j = 0; j < n_; ++j)
       plant_.effort(static_cast<int>(j), now_, q_[j], v_[j], u_[j], z_.data(), m_.data(), nullptr, m_.data());
-    now_.since = T(0.0);  // the memories are of this sample by now
+    now_.since = T(0.0), now_.remembered = true;
     share(now_);
   }
   /// Chambers that drive their joints, which are never carried, as measured at sample k.
@@ -246,12 +246,15 @@ class InverseDynamicsRun {
   T needed_effort(int j, bool all_of_it) {
     const std::size_t i = j;
     const T direction(motion_.direction[i][sample_]);
-    const auto behind = [&](const T& effort) {
-      const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data(), effort);
-      return tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), direction, u_[i]);
-    };
-    // Friction may depend on the very effort that is sought.
-    const T needed = plant_.is_loaded(j) ? fixed_point<T>(behind) : behind(T(0.0));
+    const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data());
+    T needed = tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), direction, u_[i]);
+    if (plant_.is_loaded(j)) {  // friction may depend on the very effort that is sought
+      const auto friction = [&](const T& effort) {
+        return plant_.loaded_friction(j, now_, q_[i], v_[i], direction, effort);
+      };
+      const T others = needed - friction(T(0.0));
+      needed = fixed_point<T>([&](const T& effort) { return others + friction(effort); });
+    }
     return all_of_it ? needed + plant_.own_effort(j, now_, q_[i], v_[i], z_.data()) : needed;
   }
 

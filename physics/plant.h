@@ -25,6 +25,7 @@ struct Instant {
   T step = T(0.0);               ///< s, length of that step while its efforts are asked for; 0: none is on
   const T* positions = nullptr;  ///< rad (m), q of all joints
   T share = T(1.0);              ///< of what the joints' commands ask, what they get: by Plant::share()
+  bool remembered = false;       ///< the memories are of this very instant: none is to be carried on to it
 };
 
 template <class T, class Dyn>
@@ -217,18 +218,33 @@ class Plant {
     }
     return q;
   }
-  /// What acts on the link besides, where the joint is also loaded by `given` (N m or N). What a transmission carries
-  /// is none of it: that is the drive's own effort on its way.
-  T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m, const T& given) {
-    return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, given, false);
+  /// What acts on the link besides, loaded by nothing that a command brings. What a transmission carries is none of it:
+  /// that is the drive's own effort on its way.
+  T passive_effort(int j, const Instant<T>& now, const T& q, const T& v, const T* z, const T* m) {
+    return effort_of(j, now, view(joint(j), now, q, v, T(0.0)), z, m, nullptr, nullptr, false);
   }
 
   bool has_dry_friction(int j) const {
     return any_effect(j, [](const Hooks<T>& h) { return h.dry_friction != nullptr; });
   }
-  /// Whether joint j's dry friction depends on the effort that `effort` gave last.
+  /// Whether joint j's friction depends on the effort that `effort` gave last.
   bool is_loaded(int j) const {
     return any_effect(j, [](const Hooks<T>& h) { return h.loaded; });
+  }
+  /// The friction that does (N m or N, along `direction` where it opposes the motion), where the joint is loaded by
+  /// `given` beyond that effort. Looks at no command, state or memory.
+  T loaded_friction(int j, const Instant<T>& now, const T& q, const T& v, const T& direction, const T& given) const {
+    const JointParts& parts = joint(j);
+    JointView<T> s = view(parts, now, q, v, T(0.0));
+    s.load = parts.load + given, s.direction = direction;
+    T sum(0.0);
+    for (const Bound& c : parts.effects) {
+      if (!c.hooks->loaded) continue;
+      if (c.hooks->dry_friction != nullptr)
+        sum = sum + direction * c.hooks->dry_friction(&parameters_[c.first], abs(v), s);
+      if (c.hooks->effort != nullptr) sum = sum - c.hooks->effort(&parameters_[c.first], s);
+    }
+    return sum;
   }
   /// Whether joint j's dry friction differs with the direction.
   bool is_directed(int j) const {
@@ -407,6 +423,10 @@ class Plant {
   /// A component's memories at this instant, into `scratch` for its other hooks and into `m_now`.
   void recall(const Bound& c, const Instant<T>& now, const T* m, T* m_now, T* scratch, JointView<T>& s) const {
     if (c.hooks->remember == nullptr) return;
+    if (now.remembered) {
+      s.m = m + c.memory;
+      return;
+    }
     c.hooks->remember(&parameters_[c.first], s, now.since, m + c.memory, scratch);
     s.m = scratch;
     if (m_now == nullptr) return;
@@ -453,12 +473,12 @@ class Plant {
   }
 
   T effort_of(int j, const Instant<T>& now, JointView<T> s, const T* z, const T* m, T* z_rate, T* m_now,
-              const T& given = T(0.0), bool carried = true) {
+              bool carried = true) {
     JointParts& parts = joints_[j];
     T scratch[kMostMemories];
     T tau = actuator_effort(parts, s, z, z_rate);
     s.drive = tau;
-    parts.load = s.load = tau + s.damping * s.v + given;
+    parts.load = s.load = tau + s.damping * s.v;
     for (const Bound& c : parts.effects) {
       s.z = z + c.state;
       if (c.hooks->command == nullptr) recall(c, now, m, m_now, scratch, s);
