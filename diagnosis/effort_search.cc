@@ -357,14 +357,13 @@ class EffortSearch {
   }
 
   void claim(EffortSearchResult& out) {
-    out.model = standing_.model;
     out.notes = notes_;
     if (standing_.effects.empty()) return;
-    Surroundings s = surroundings_of(sets_, standing_, true);
-    keep_near_rivals(s);
-    const Eigen::Index second = std::max<Eigen::Index>(1, s.validate.size() / 40);
-    const Linearised near = linearised(std::move(s), true);
+    Linearised near = beside_rivals();
+    while (call_by_the_most_probable_name(near)) near = beside_rivals();
+    out.model = standing_.model;
     const Linearised::Set now = near.present();
+    const Eigen::Index second = std::max<Eigen::Index>(1, near.heldout_rest(now).size() / 40);
     for (int k = 0; k < std::ssize(standing_.effects); ++k) {
       if (options_.progress) options_.progress(0.9 + 0.1 * k / static_cast<double>(standing_.effects.size()));
       Finding finding = finding_of(near, now, k, second);
@@ -382,6 +381,44 @@ class EffortSearch {
                         finding.effect, finding.place, class_probability(finding)));
       }
     }
+  }
+
+  /// The set that stands and all that comes near it, block by block.
+  Linearised beside_rivals() const {
+    Surroundings s = surroundings_of(sets_, standing_, true);
+    keep_near_rivals(s);
+    return linearised(std::move(s), true);
+  }
+
+  /// What is claimed is the most probable one. The linear look may have promised too little for a rival to be fitted:
+  /// if it is the most probable it is, and takes the member's place if it brings what the search asks for. It is no
+  /// rival where it does worse. Whether the set changed.
+  bool call_by_the_most_probable_name(const Linearised& near) {
+    const Linearised::Set now = near.present();
+    for (int k = 0; k < std::ssize(standing_.effects); ++k) {
+      const Contenders all = contenders(near, now, k);
+      const std::vector<double> shares = near.bagged(all.sets, kBlockDraws, options_.seed);
+      const int part = all.parts[std::max_element(shares.begin(), shares.end()) - shares.begin()];
+      if (part < 0 || alike_.count(place_of(near.parts()[part].spec)) > 0) continue;
+      if (took_its_place(near, k, part)) return true;
+    }
+    return false;
+  }
+  bool took_its_place(const Linearised& near, int member, int part) {
+    const EffectSpec& rival = near.parts()[part].spec;
+    SetChange change = change_of(near, {{0.0, part, member, rival.place}});
+    for (const int other : clashing(near, near.toggled(near.present(), member), part))
+      change.out.push_back(place_of(near.parts()[other].spec));
+    std::optional<Hypothesis> next = sets_.changed(standing_, change, kRefitIterations);
+    if (next && !sets_.ends_within(*next, rival)) next.reset();
+    if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kMustBring) {
+      standing_ = std::move(*next);
+      return true;
+    }
+    const bool alike = next && sets_.log_odds(*next, standing_) > -kNotToldApart &&
+                       !sets_.heldout_difference(*next, standing_).speaks_against();
+    (alike ? alike_ : unsound_).insert(place_of(rival));
+    return false;
   }
 
   /// Of the absent parts, those that come within the window when they take another's place.
@@ -409,16 +446,26 @@ class EffortSearch {
     s.parts = std::move(kept);
   }
 
-  Finding finding_of(const Linearised& near, const Linearised::Set& now, int k, Eigen::Index second) const {
-    const EffectSpec& spec = standing_.effects[k];
-    std::vector<Linearised::Set> sets{now, near.toggled(now, k)};
-    std::vector<int> rivals{-1, -1};
+  /// The set that stands, the one without a member, and those with a rival in its place.
+  struct Contenders {
+    std::vector<Linearised::Set> sets;
+    std::vector<int> parts;  ///< of each set, the one that takes the place; -1: none
+  };
+  Contenders contenders(const Linearised& near, const Linearised::Set& now, int k) const {
+    Contenders out{{now, near.toggled(now, k)}, {-1, -1}};
     for (int r = 0; r < std::ssize(near.parts()); ++r) {
       const Part& part = near.parts()[r];
-      if (part.present || part.spec.place != spec.place) continue;
-      sets.push_back(instead(near, now, k, r));
-      rivals.push_back(r);
+      if (part.present || part.spec.place != standing_.effects[k].place || unsound_.count(place_of(part.spec)) > 0)
+        continue;
+      out.sets.push_back(instead(near, now, k, r));
+      out.parts.push_back(r);
     }
+    return out;
+  }
+
+  Finding finding_of(const Linearised& near, const Linearised::Set& now, int k, Eigen::Index second) const {
+    const EffectSpec& spec = standing_.effects[k];
+    const auto [sets, rivals] = contenders(near, now, k);
     const std::vector<double> shares = near.bagged(sets, kBlockDraws, options_.seed);
     Finding out;
     out.effect = spec.effect, out.place = spec.place, out.recordings = spec.recordings, out.fixed = spec.parameters;
@@ -456,7 +503,8 @@ class EffortSearch {
   const std::vector<int>&train_, &validate_;
   Hypothesis standing_;
   std::set<std::string> refused_;
-  std::set<NamedPlace> unsound_;  ///< what ended at the end of its range when it was fitted
+  std::set<NamedPlace> unsound_;  ///< what ended at the end of its range, or far behind, when it was fitted
+  std::set<NamedPlace> alike_;    ///< rivals that were fitted in a member's place and do as well
   std::vector<std::vector<Candidate>> rounds_;
   std::vector<std::string> notes_;
 };

@@ -91,6 +91,7 @@ TEST(EffortSearch, NamesCoulombFrictionAtEachJointAndNothingOfTheCommandsWay) {
   EXPECT_EQ(joints, (std::set<std::string>{"shoulder", "elbow"})) << names_of(d);
   EXPECT_EQ(d.findings.size(), 2u) << names_of(d);
   for (const Finding& f : d.findings) {
+    for (const Rival& rival : f.rivals) EXPECT_LE(rival.probability, f.probability) << rival.effect;
     if (f.effect != "coulomb_friction") continue;
     const double truth = kRubbing[f.place == "elbow"];
     for (const Estimate& e : f.parameters) {
