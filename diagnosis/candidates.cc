@@ -238,8 +238,7 @@ std::vector<EffectSpec> effects_beyond(const PlantModel& plain, const CurrentMod
     EffectSpec spec{effect_table()[effect.type].name, current.model.place_name(effect), {}, effect.recordings, ""};
     if (plain.find_effect_at(spec.effect, spec.place) >= 0) continue;
     for (int p = effect.first; p < effect.first + effect.count; ++p) {
-      const std::size_t index = p;
-      if (searched.count(p) == 0) spec.parameters[current.model.parameters()[index].key] = values[index];
+      if (searched.count(p) == 0) spec.parameters[current.model.parameters()[p].key] = values[p];
     }
     out.push_back(std::move(spec));
   }

@@ -197,12 +197,11 @@ std::vector<JointLook> flow_looks(const CurrentModel& before, const CurrentModel
   const FittedAreas areas(scenario, context.simulator, names);
   std::vector<JointLook> out(plain.size());
   for (const int joint : joints) {
-    const std::size_t j = joint;
-    JointLook& look = out[j];
-    look.why_not[index_of(ChainPart::supply)] = take_together_where_needed({&plain[j], &found[j]});
-    look.before = std::move(plain[j]), look.after = std::move(found[j]);
+    JointLook& look = out[joint];
+    look.why_not[index_of(ChainPart::supply)] = take_together_where_needed({&plain[joint], &found[joint]});
+    look.before = std::move(plain[joint]), look.after = std::move(found[joint]);
     for (const ChainPart part : {ChainPart::command_to_flow, ChainPart::supply})
-      look.noise[index_of(part)] = speeds.noise(j);
+      look.noise[index_of(part)] = speeds.noise(joint);
     look.why_not[index_of(ChainPart::flow_to_pressure)] =
         "the actuator has no chambers: areas and volumes are not given";
     if (areas.any())

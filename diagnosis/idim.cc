@@ -54,8 +54,7 @@ std::vector<Eigen::MatrixXd> columns_of(const PlantModel& model, const Segment& 
   const auto pass = [&](const auto& take) {
     for (Eigen::Index k = 0; k < samples; ++k) {
       for (std::size_t j = 0; j < size; ++j) {
-        const std::size_t i = k;
-        q[j] = m.q[j][i], v[j] = m.v[j][i], a[j] = m.a[j][i];
+        q[j] = m.q[j][k], v[j] = m.v[j][k], a[j] = m.a[j][k];
       }
       dynamics->inverse_dynamics(q, v, a, tau);
       take(k);
@@ -74,11 +73,9 @@ std::vector<Eigen::MatrixXd> columns_of(const PlantModel& model, const Segment& 
     dynamics->set_inertial(body, own);
   }
   for (int j = 0; j < n; ++j) {
-    const std::size_t i = j;
-    auto own = out[i].middleCols(n * kOfLink + j * kOfJoint, kOfJoint);
+    auto own = out[j].middleCols(n * kOfLink + j * kOfJoint, kOfJoint);
     for (Eigen::Index k = 0; k < samples; ++k) {
-      const std::size_t at = k;
-      own.row(k) << m.v[i][at], m.direction[i][at], 1.0, m.a[i][at];
+      own.row(k) << m.v[j][k], m.direction[j][k], 1.0, m.a[j][k];
     }
   }
   return out;

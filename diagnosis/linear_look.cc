@@ -105,8 +105,7 @@ std::vector<Eigen::VectorXd> LinearLook::changes(const PlantModel& model,
   for (std::size_t k = 0; k < segments_.size(); ++k) at[segments_[k]] = k;
   make_simulator(model, experiment_, simulator_)
       ->excess(values, segments_, motions_, [&](int individual, int segment, const auto& efforts) {
-        const std::size_t s = segment;
-        responses[individual][s] = motions_[at[s]].response(matrix_of(efforts) - needs_[s]);
+        responses[individual][segment] = motions_[at[segment]].response(matrix_of(efforts) - needs_[segment]);
       });
   std::vector<Eigen::VectorXd> out;
   for (const std::vector<Eigen::MatrixXd>& response : responses) out.push_back(residual_of(response));

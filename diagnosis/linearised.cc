@@ -75,10 +75,9 @@ Linearised::Set Linearised::present() const {
 }
 
 Linearised::Set Linearised::toggled(Set set, int part) const {
-  const std::size_t k = part;
-  set[k] = !set[k];
+  set[part] = !set[part];
   for (std::size_t i = 0; i < parts_.size(); ++i)
-    if (!set[k] && parts_[i].needs == part) set[i] = 0;
+    if (!set[part] && parts_[i].needs == part) set[i] = 0;
   return set;
 }
 

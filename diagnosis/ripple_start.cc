@@ -29,12 +29,11 @@ Left left_of(const CurrentModel& current, const FitContext& context, int joint) 
     const Channel& channel = context.experiment.channels[c];
     if (channel.joint != joint || channel.kind != ChannelKind::effort) continue;
     const Segment& segment = context.experiment.segments[block.segment];
-    const std::size_t j = joint;
     Eigen::Index row = block.first;
     for (std::size_t k = 0; k < segment.compared.size(); ++k) {
       if (!std::isfinite(segment.measured[c][k])) continue;
-      out.q.push_back(segment.motion->q[j][segment.compared[k]]);
-      out.v.push_back(segment.motion->v[j][segment.compared[k]]);
+      out.q.push_back(segment.motion->q[joint][segment.compared[k]]);
+      out.v.push_back(segment.motion->v[joint][segment.compared[k]]);
       out.rest.push_back(current.weights[c] * current.fit.residual(row++));
     }
   }
@@ -79,8 +78,7 @@ std::vector<Ripple> spectrum(const Left& left, double first, double step, int co
 
 std::vector<std::vector<double>> ripple_starts(const CurrentModel& current, const FitContext& context, int joint) {
   const auto* inverse = std::get_if<InverseDynamics>(&context.experiment.prediction);
-  const std::size_t j = joint;
-  const double range = 2.0 * context.experiment.position_reach[j], speed = context.experiment.speed_rms[j];
+  const double range = 2.0 * context.experiment.position_reach[joint], speed = context.experiment.speed_rms[joint];
   if (inverse == nullptr || !(range > 0.0) || !(speed > 0.0)) return {};
   const Left left = left_of(current, context, joint);
   if (left.q.empty()) return {};

@@ -257,8 +257,7 @@ std::vector<ValveChart> valve_charts(const PlantModel& model, const Experiment& 
   std::vector<ValveChart> out;
   if (std::holds_alternative<InverseDynamics>(experiment.prediction)) return out;
   for (int j = 0; j < model.dof(); ++j) {
-    const std::size_t at = j;
-    const bool moves = experiment.command_rms[at] > 0.0 && experiment.position_reach[at] > 0.0;
+    const bool moves = experiment.command_rms[j] > 0.0 && experiment.position_reach[j] > 0.0;
     if (integrates_flow(model.actuators()[j].type) && moves && channel_of(experiment, j) < experiment.channels.size())
       out.push_back(valve_chart(experiment, j, true, true));
   }

@@ -275,9 +275,8 @@ class ProjectedDescent {
     const Eigen::VectorXd slope = gradient();
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
-      const std::size_t a = i;
-      const bool stuck = (result_.point[a] <= axes_[a].lower && slope(i) > 0.0) ||
-                         (result_.point[a] >= axes_[a].upper && slope(i) < 0.0);
+      const bool stuck = (result_.point[i] <= axes_[i].lower && slope(i) > 0.0) ||
+                         (result_.point[i] >= axes_[i].upper && slope(i) < 0.0);
       if (!stuck) free.push_back(i);
     }
     if (free.empty()) return {result_.point};

@@ -72,12 +72,11 @@ Gene segment_mask(int from, int to) {
 void exchange_segment(Coding coding, int from, int to, Chromosome& a, Chromosome& b) {
   const int width = coding == Coding::mvbs ? bits_per_gene : 1;
   for (int gene = from / width; gene * width < to; ++gene) {
-    const std::size_t i = gene;
     if (coding == Coding::integer) {
-      std::swap(a[i], b[i]);
+      std::swap(a[gene], b[gene]);
     } else {
       const int start = gene * width;
-      exchange_bits(a[i], b[i], segment_mask(std::max(from - start, 0), std::min(to - start, width)));
+      exchange_bits(a[gene], b[gene], segment_mask(std::max(from - start, 0), std::min(to - start, width)));
     }
   }
 }

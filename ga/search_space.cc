@@ -297,15 +297,14 @@ namespace {
 /// its own: what its oil spring and damper bear where the usual flow is blocked at once, which is the speed times the
 /// damping and sqrt(stiffness inertia), the spring's impedance.
 double usual_effort(const PlantModel& model, const Experiment& experiment, int joint, std::span<const double> values) {
-  const std::size_t j = joint;
-  const Component& actuator = model.actuators()[j];
-  if (actuator.type < 0) return experiment.command_rms[j];
+  const Component& actuator = model.actuators()[joint];
+  if (actuator.type < 0) return experiment.command_rms[joint];
   const Hooks<double>& hooks = Actuators::hooks<double>()[actuator.type];
   const double* p = &values[actuator.first];
-  if (hooks.strength != nullptr) return std::fabs(hooks.strength(p)) * experiment.command_rms[j];
+  if (hooks.strength != nullptr) return std::fabs(hooks.strength(p)) * experiment.command_rms[joint];
   const ActuatorRoles& roles = actuator_table()[actuator.type].roles;
   const auto role = [&](int at, double otherwise) { return at < 0 ? otherwise : std::fabs(p[at]); };
-  const double given = role(roles.gain, 1.0) * experiment.command_rms[j];
+  const double given = role(roles.gain, 1.0) * experiment.command_rms[joint];
   if (hooks.flow == nullptr) return given;
   const double spring = role(roles.stiffness, 0.0) * inertia_beyond(model.robot(), joint);
   return given * (role(roles.damping, 0.0) + std::sqrt(spring));
@@ -320,11 +319,10 @@ double typical_size(Scale scale, const PlantModel& model, const Experiment& expe
   double command = 0.0, effort = 0.0, position = 0.0, velocity = 0.0, inertia = 0.0;
   for (int i = 0; i < model.dof(); ++i) {
     if (joint >= 0 && i != joint) continue;
-    const std::size_t j = i;
-    command += experiment.command_rms[j];
-    effort += experiment.effort_rms[j] > 0.0 ? experiment.effort_rms[j] : usual_effort(model, experiment, i, values);
-    position = std::hypot(position, experiment.position_rms[j]);
-    velocity = std::hypot(velocity, experiment.speed_rms[j]);
+    command += experiment.command_rms[i];
+    effort += experiment.effort_rms[i] > 0.0 ? experiment.effort_rms[i] : usual_effort(model, experiment, i, values);
+    position = std::hypot(position, experiment.position_rms[i]);
+    velocity = std::hypot(velocity, experiment.speed_rms[i]);
     if (scale == Scale::inertia) inertia += inertia_beyond(model.robot(), i);
   }
   const double reach = positive(experiment.position_reach[static_cast<std::size_t>(std::max(joint, 0))]);

@@ -389,12 +389,11 @@ void filter_noise(const Scenario& scenario, Experiment& out) {
 
 /// N m (N): the measured effort of joint j, or what the pressures that drive it give where it stands.
 std::vector<double> efforts_of(const Scenario& scenario, const Cut& piece, int j) {
-  const std::size_t at = j;
   const std::vector<double>& position = piece.signal(ChannelKind::position, j);
-  if (!piece.pressures || (*piece.pressures)[at].front().empty() || position.empty())
+  if (!piece.pressures || (*piece.pressures)[j].front().empty() || position.empty())
     return piece.signal(ChannelKind::effort, j);
   const ActuatorSpec& spec =
-      *std::ranges::find(scenario.actuators, scenario.robot->joints()[at].name, &ActuatorSpec::joint);
+      *std::ranges::find(scenario.actuators, scenario.robot->joints()[j].name, &ActuatorSpec::joint);
   const std::size_t type = find_actuator(spec.model);
   std::vector<double> parameters, out;
   for (const ParameterInfo& p : actuator_table()[type].parameters) {
@@ -402,8 +401,8 @@ std::vector<double> efforts_of(const Scenario& scenario, const Cut& piece, int j
     parameters.push_back(given == spec.parameters.end() ? p.neutral : given->second);
   }
   for (std::size_t k = 0; k < position.size(); ++k) {
-    const std::array<double, 2> chambers{(*piece.pressures)[at][0][k] / kPressureUnit,
-                                         (*piece.pressures)[at][1][k] / kPressureUnit};
+    const std::array<double, 2> chambers{(*piece.pressures)[j][0][k] / kPressureUnit,
+                                         (*piece.pressures)[j][1][k] / kPressureUnit};
     JointView<double> view;
     view.q = position[k], view.z = chambers.data();
     out.push_back(Actuators::hooks<double>()[type].effort(parameters.data(), view));

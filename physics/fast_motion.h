@@ -115,8 +115,7 @@ class FastMotion {
     return stage_;
   }
   void pull(int joint) {
-    const std::size_t j = joint;
-    if (std::ranges::find(pulled_, j) == pulled_.end()) pulled_.push_back(j);
+    if (std::ranges::find(pulled_, joint) == pulled_.end()) pulled_.push_back(joint);
   }
   /// N = k - L d.
   void remainder(const State& d, const State& k, State& out) {

@@ -236,26 +236,22 @@ class InverseDynamicsRun {
     std::copy(x.begin() + static_cast<std::ptrdiff_t>(z), x.end(), z_.begin());
   }
 
-  T driven_effort(int j) {
-    const std::size_t i = j;
-    return plant_.driven_effort(j, now_, q_[i], v_[i], u_[i], z_.data(), m_.data());
-  }
+  T driven_effort(int j) { return plant_.driven_effort(j, now_, q_[j], v_[j], u_[j], z_.data(), m_.data()); }
 
   /// What the drive must give joint j; `all_of_it`: with what its actuator gives by itself, where that is no loss
   /// behind the point at which efforts are measured.
   T needed_effort(int j, bool all_of_it) {
-    const std::size_t i = j;
-    const T direction(motion_.direction[i][sample_]);
-    const T passive = plant_.passive_effort(j, now_, q_[i], v_[i], z_.data(), m_.data());
-    T needed = tau_[i] - passive + direction * plant_.dry_friction(j, now_, q_[i], abs(v_[i]), direction, u_[i]);
+    const T direction(motion_.direction[j][sample_]);
+    const T passive = plant_.passive_effort(j, now_, q_[j], v_[j], z_.data(), m_.data());
+    T needed = tau_[j] - passive + direction * plant_.dry_friction(j, now_, q_[j], abs(v_[j]), direction, u_[j]);
     if (plant_.is_loaded(j)) {  // friction may depend on the very effort that is sought
       const auto friction = [&](const T& effort) {
-        return plant_.loaded_friction(j, now_, q_[i], v_[i], direction, effort);
+        return plant_.loaded_friction(j, now_, q_[j], v_[j], direction, effort);
       };
       const T others = needed - friction(T(0.0));
       needed = fixed_point<T>([&](const T& effort) { return others + friction(effort); });
     }
-    return all_of_it ? needed + plant_.own_effort(j, now_, q_[i], v_[i], z_.data()) : needed;
+    return all_of_it ? needed + plant_.own_effort(j, now_, q_[j], v_[j], z_.data()) : needed;
   }
 
   /// Filters and thins. A command that would be needed is the one given and what is missing to it, in its own unit.

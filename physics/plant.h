@@ -165,10 +165,9 @@ class Plant {
   void share(Instant<T>& now, const T* q, const T* v, const T* u, const T* m) {
     if (asked_.empty()) return;
     for (int j = 0; j < dof(); ++j) {
-      const std::size_t i = j;
-      JointView<T> s = view(joint(j), now, q[i], v[i], u[i]);
+      JointView<T> s = view(joint(j), now, q[j], v[j], u[j]);
       pass_command(j, now, m, nullptr, s, true);
-      asked_[i] = s.u;
+      asked_[j] = s.u;
     }
     now.share = supply_.hooks->share(&parameters_[supply_.first], asked_.data(), dof());
   }
@@ -333,12 +332,11 @@ class Plant {
     std::vector<T> holding(dof());
     foundation_.holding_efforts(q, z + base_.state, holding.data(), nullptr);
     for (int j = 0; j < dof(); ++j) {
-      const std::size_t i = j;
       const JointParts& parts = joint(j);
-      JointView<T> s = view(parts, {}, q[i], v[i], u[i]);
+      JointView<T> s = view(parts, {}, q[j], v[j], u[j]);
       auto start = [&](const Bound& c) {
         if (c.hooks->initial == nullptr) return;
-        c.hooks->initial(&parameters_[c.first], s, holding[i], z + c.state);
+        c.hooks->initial(&parameters_[c.first], s, holding[j], z + c.state);
       };
       for (const Bound& c : parts.actuator) start(c);
       s.drive = actuator_effort(parts, s, z, nullptr);

@@ -59,9 +59,8 @@ class PopulationSimulator final : public Simulator {
                                       const std::vector<double>& effort_sizes) override {
     std::vector<LinearMotion> out(segments.size());
     on_pieces(static_cast<int>(segments.size()), [&](int worker, int k) {
-      const std::size_t at = k;
-      const LaneTask task{&values, &experiment_.segments[segments[at]]};
-      out[at] = workers_[worker]->linearise(task, max_step_, effort_sizes);
+      const LaneTask task{&values, &experiment_.segments[segments[k]]};
+      out[k] = workers_[worker]->linearise(task, max_step_, effort_sizes);
     });
     return out;
   }
@@ -158,8 +157,7 @@ Predictions predictions_at(double step, const PlantModel& model, const Experimen
   with.max_step = step;
   Predictions out(experiment.segments.size());
   for (const int s : segments) {
-    const std::size_t at = s;
-    out[at].resize(experiment.channels.size() * experiment.segments[at].count);
+    out[s].resize(experiment.channels.size() * experiment.segments[s].count);
   }
   const std::vector<std::vector<double>> one{std::vector<double>(values.begin(), values.end())};
   make_simulator(model, experiment, with)

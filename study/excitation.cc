@@ -176,10 +176,9 @@ DesignResult design_excitation(const Trial& trial, const MotionLimits& limits, c
     parallel_for(
         options.threads, static_cast<int>(points.size()),
         [&](int, int piece) {
-          const std::size_t i = piece;
           const auto commands =
-              designer.kept_within_limits(track_of(trial, limits, designer, courses, options.seconds, points[i]));
-          out[i] = commands ? designer.cost(*commands) : HUGE_VAL;
+              designer.kept_within_limits(track_of(trial, limits, designer, courses, options.seconds, points[piece]));
+          out[piece] = commands ? designer.cost(*commands) : HUGE_VAL;
         },
         options.control.stop);
   };

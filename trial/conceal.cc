@@ -213,8 +213,7 @@ std::vector<std::pair<std::string, double>> truth_of(const TrueMachine& machine)
   if (machine.space().dependent() >= 0) free.push_back(machine.space().dependent());
   std::vector<std::pair<std::string, double>> out;
   for (const int index : free) {
-    const std::size_t i = index;
-    out.emplace_back(machine.plain().parameters()[i].name, machine.values()[i]);
+    out.emplace_back(machine.plain().parameters()[index].name, machine.values()[index]);
   }
   return out;
 }

@@ -273,8 +273,7 @@ std::vector<TrueMachine::Channels> TrueMachine::simulated(std::span<const int> s
   parallel_for(
       options_.threads, static_cast<int>(segments.size()),
       [&](int, int piece) {
-        const std::size_t i = piece;
-        Segment segment = experiment_.segments[segments[i]];
+        Segment segment = experiment_.segments[segments[piece]];
         const PlantModel model = plain_.with_effects(effects_in(segment.recording, laws));
         std::vector<double> values = model.values();
         std::copy(values_.begin(), values_.end(), values.begin());
@@ -282,7 +281,7 @@ std::vector<TrueMachine::Channels> TrueMachine::simulated(std::span<const int> s
             .engine = options_.engine, .tolerance = tolerance, .outside = laws.outside, .stop = options_.stop};
         if (laws.imperfect) truth.uneven = uneven_in(model);
         if (!laws.background.none()) laws.background.act(segment, truth.outside);
-        out[i] = simulate_truth(model, segment, channels, model.values_in(segment.file, values), truth);
+        out[piece] = simulate_truth(model, segment, channels, model.values_in(segment.file, values), truth);
       },
       options_.stop);
   return out;

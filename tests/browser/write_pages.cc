@@ -118,14 +118,13 @@ void write_hostile(const fs::path& folder) {
   std::vector<Link> links(3);
   links[0].name = "base";
   for (int i = 0; i < 2; ++i) {
-    const std::size_t at = i;
-    joints[at].name = attack + std::to_string(i);
-    joints[at].parent = i - 1, joints[at].link = i + 1;
-    joints[at].origin.translation() = Eigen::Vector3d(0.4 * i, 0.0, 0.2);
-    joints[at].axis = Eigen::Vector3d::UnitY();
-    links[at + 1].name = attack + "link" + std::to_string(i);
-    links[at + 1].body = i;
-    links[at + 1].inertial = {1.0, {0.2, 0.0, 0.0}, 0.01 * Eigen::Matrix3d::Identity()};
+    joints[i].name = attack + std::to_string(i);
+    joints[i].parent = i - 1, joints[i].link = i + 1;
+    joints[i].origin.translation() = Eigen::Vector3d(0.4 * i, 0.0, 0.2);
+    joints[i].axis = Eigen::Vector3d::UnitY();
+    links[i + 1].name = attack + "link" + std::to_string(i);
+    links[i + 1].body = i;
+    links[i + 1].inertial = {1.0, {0.2, 0.0, 0.0}, 0.01 * Eigen::Matrix3d::Identity()};
   }
   Scenario scenario;
   scenario.robot = std::make_shared<const Robot>("hostile", joints, links, "hostile");

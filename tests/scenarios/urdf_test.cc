@@ -76,13 +76,12 @@ TEST(Urdf, WhatIsWrittenReadsBack) {
   const auto back = Robot::from_urdf_text(to_urdf(*robot), "back.urdf");
   ASSERT_EQ(back->dof(), robot->dof());
   for (int i = 0; i < robot->dof(); ++i) {
-    const std::size_t index = i;
-    EXPECT_EQ(back->joints()[index].name, robot->joints()[index].name);
-    EXPECT_EQ(back->joints()[index].axis, robot->joints()[index].axis);
-    EXPECT_TRUE(back->joints()[index].origin.isApprox(robot->joints()[index].origin, 1e-15));
+    EXPECT_EQ(back->joints()[i].name, robot->joints()[i].name);
+    EXPECT_EQ(back->joints()[i].axis, robot->joints()[i].axis);
+    EXPECT_TRUE(back->joints()[i].origin.isApprox(robot->joints()[i].origin, 1e-15));
     EXPECT_EQ(back->body_inertial(i).inertia, robot->body_inertial(i).inertia);
     EXPECT_EQ(back->body_inertial(i).com, robot->body_inertial(i).com);
-    EXPECT_EQ(back->joints()[index].upper, robot->joints()[index].upper);
+    EXPECT_EQ(back->joints()[i].upper, robot->joints()[i].upper);
   }
   EXPECT_EQ(back->tool().point, robot->tool().point);
 }
