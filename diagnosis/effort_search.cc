@@ -99,8 +99,7 @@ class EffortSearch {
     }
     if (bodies.in.empty()) return;
     std::optional<Hypothesis> next = sets_.changed(standing_, bodies, kFitIterations);
-    if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kMustBring)
-      standing_ = std::move(*next);
+    if (next && brought_by(*next) > kMustBring) standing_ = std::move(*next);
   }
 
   // ---- moves --------------------------------------------------------------------------------------------------------
@@ -231,7 +230,7 @@ class EffortSearch {
       std::erase_if(others, [&](const Move& m) { return refused_.count(name_of(near, m)) > 0; });
       return !others.empty() && others.size() < moves.size() && try_moves(near, others);
     }
-    const double odds = sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_);
+    const double odds = brought_by(*next);
     const bool more = std::any_of(moves.begin(), moves.end(), [](const Move& m) { return m.in >= 0; });
     if (!(odds > (more ? kMustBring : 0.0))) return false;
     standing_ = std::move(*next);
@@ -239,6 +238,10 @@ class EffortSearch {
     return true;
   }
 
+  /// What train and validate recordings together say for a fitted set over the one that stands.
+  double brought_by(const Hypothesis& next) const {
+    return sets_.log_odds(next, standing_) + heldout_gain(next, standing_);
+  }
   /// Log-likelihood that one fitted set gains over another on the validate recordings, which neither was fitted to.
   /// Less than nothing counts for a refusal: what is put in must predict them.
   double heldout_gain(const Hypothesis& one, const Hypothesis& other) const {
@@ -392,7 +395,8 @@ class EffortSearch {
 
   /// What is claimed is the most probable one. The linear look may have promised too little for a rival to be fitted:
   /// if it is the most probable it is, and takes the member's place if it brings what the search asks for. It is no
-  /// rival where it does worse. Whether the set changed.
+  /// rival where it does worse; where it does as well at an end of its range it is one that cannot be claimed. Whether
+  /// the set changed.
   bool call_by_the_most_probable_name(const Linearised& near) {
     const Linearised::Set now = near.present();
     for (int k = 0; k < std::ssize(standing_.effects); ++k) {
@@ -410,14 +414,13 @@ class EffortSearch {
     for (const int other : clashing(near, near.toggled(near.present(), member), part))
       change.out.push_back(place_of(near.parts()[other].spec));
     std::optional<Hypothesis> next = sets_.changed(standing_, change, kRefitIterations);
-    if (next && !sets_.ends_within(*next, rival)) next.reset();
-    if (next && sets_.log_odds(*next, standing_) + heldout_gain(*next, standing_) > kMustBring) {
+    if (next && sets_.ends_within(*next, rival) && brought_by(*next) > kMustBring) {
       standing_ = std::move(*next);
       return true;
     }
-    const bool alike = next && sets_.log_odds(*next, standing_) > -kNotToldApart &&
-                       !sets_.heldout_difference(*next, standing_).speaks_against();
-    (alike ? alike_ : unsound_).insert(place_of(rival));
+    const bool worse = next && (sets_.log_odds(*next, standing_) < -kNotToldApart ||
+                                sets_.heldout_difference(*next, standing_).speaks_against());
+    (worse ? unsound_ : alike_).insert(place_of(rival));
     return false;
   }
 
@@ -504,7 +507,7 @@ class EffortSearch {
   Hypothesis standing_;
   std::set<std::string> refused_;
   std::set<NamedPlace> unsound_;  ///< what ended at the end of its range, or far behind, when it was fitted
-  std::set<NamedPlace> alike_;    ///< rivals that were fitted in a member's place and do as well
+  std::set<NamedPlace> alike_;    ///< rivals that were fitted in a member's place and do no worse
   std::vector<std::vector<Candidate>> rounds_;
   std::vector<std::string> notes_;
 };

@@ -123,6 +123,34 @@ TEST(EffortSearch, ReportsTheTestRmsThatItsTracesShow) {
   }
 }
 
+/// Coulomb friction but for the shoulder's break-away effort of .9 N m, which falls to .3 as speeds pass `vs` (rad/s).
+Diagnosis diagnosis_of_a_drop(double vs) {
+  return diagnose(examined({effect("stribeck_friction", "shoulder", {{"Fc", 0.3}, {"Fs", 0.9}, {"vs", vs}}),
+                            effect("coulomb_friction", "elbow", {{"Fc", kRubbing[1]}})}),
+                  quick());
+}
+/// What is claimed of the shoulder's friction.
+const Finding* dry_friction_of_the_shoulder(const Diagnosis& d) {
+  for (const Finding& f : d.findings)
+    if (f.place == "shoulder" && (f.effect == "coulomb_friction" || f.effect == "stribeck_friction")) return &f;
+  return nullptr;
+}
+
+TEST(EffortSearch, ClaimsTheRivalThatIsMoreProbableAndFitsBetter) {
+  const Diagnosis d = diagnosis_of_a_drop(0.1);  // the linear look promises too little for the search to fit it
+  const Finding* f = dry_friction_of_the_shoulder(d);
+  ASSERT_NE(f, nullptr) << names_of(d);
+  EXPECT_EQ(f->effect, "stribeck_friction");
+  EXPECT_GT(f->probability, 0.5);
+}
+
+TEST(EffortSearch, KeepsARivalInTheClassThatDoesNoWorseAtTheEndOfItsRange) {
+  const Diagnosis d = diagnosis_of_a_drop(1.2);  // faster than most of the motion: the drop has no end to be seen
+  const Finding* f = dry_friction_of_the_shoulder(d);
+  ASSERT_NE(f, nullptr) << names_of(d);
+  EXPECT_NE(std::ranges::find(f->members, "stribeck_friction"), f->members.end());
+}
+
 TEST(EffortSearch, FindsNothingMoreInWhatItDiagnosed) {
   const Diagnosis again = diagnose(diagnosed_scenario(rubbing_scenario(), rubbing_diagnosis()), quick());
   EXPECT_TRUE(again.findings.empty()) << names_of(again);
