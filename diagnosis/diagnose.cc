@@ -19,6 +19,7 @@
 #include "diagnosis/separate.h"
 #include "diagnosis/set_search.h"
 #include "diagnosis/thinned.h"
+#include "diagnosis/unexplained.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
 #include "physics/units.h"
@@ -26,67 +27,6 @@
 
 namespace lacuna {
 namespace {
-
-constexpr double kColourError = 1e-3;       ///< of one joint called coloured whose rest is white
-constexpr double kMoreLikelyThanNot = 0.5;  ///< of a class, for the verdict to rest on it
-
-/// What the findings have explained at a joint of the recordings that were not fitted, and what is left there, both as
-/// energy over the noise's. NaN: its noise is unknown.
-struct JointEnergy {
-  double removed = 0.0, rest = 0.0, samples = 0.0;
-};
-
-/// [joint]
-std::vector<JointEnergy> explained_by_joint(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                                            std::span<const ResidualBlock> blocks, const std::vector<double>& noise,
-                                            const Experiment& experiment) {
-  std::vector<JointEnergy> out(experiment.joint_names.size());
-  for (const ResidualBlock& b : blocks) {
-    const std::size_t c = b.channel;
-    JointEnergy& at = out[experiment.channels[c].joint];
-    const double unit = noise[c] > 0.0 ? 1.0 / (noise[c] * noise[c]) : std::nan("");
-    const double left = unit * after.segment(b.first, b.count).squaredNorm();
-    at.removed += unit * before.segment(b.first, b.count).squaredNorm() - left;
-    at.rest += left - static_cast<double>(b.count);
-    at.samples += static_cast<double>(b.count);
-  }
-  return out;
-}
-
-/// Of what was missing; 0 where the noise is unknown.
-double unknown_share(const JointEnergy& e) { return e.rest > 0.0 ? e.rest / (e.rest + std::max(0.0, e.removed)) : 0.0; }
-
-/// What is left joint by joint; a rest that is no more than noise is none.
-std::vector<Unexplained::AtJoint> rest_by_joint(const std::vector<JointEnergy>& joints, const Unexplained& unexplained,
-                                                const Experiment& experiment) {
-  std::vector<Unexplained::AtJoint> out;
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    const JointEnergy& e = joints[j];
-    if (!(e.samples > 0.0)) continue;
-    const std::string& name = experiment.joint_names[j];
-    const bool left = std::ranges::find(unexplained.where, name) != unexplained.where.end();
-    const double power = 1.0 + e.rest / e.samples;  // over the noise's; NaN where that is unknown
-    out.push_back({name, power < 0.0 ? 0.0 : std::sqrt(power), left ? unknown_share(e) : 0.0});
-  }
-  return out;
-}
-
-/// While a rest stays unexplained the model is known to be wrong: what explains it may explain a finding as well. How
-/// likely is the rest's share of what was missing at the finding's joint; of the arm, at all of them together. Joints
-/// are separate questions: a rest at one says nothing of what was removed at another.
-void leave_room(Diagnosis& out, const std::vector<JointEnergy>& joints, const Experiment& experiment) {
-  JointEnergy all;
-  for (const JointEnergy& e : joints)
-    if (!std::isnan(e.rest)) all.removed += std::max(0.0, e.removed), all.rest += std::max(0.0, e.rest);
-  out.unexplained.probability = unknown_share(all);
-  for (Finding& finding : out.findings) {
-    const auto& names = experiment.joint_names;
-    const auto at = std::find(names.begin(), names.end(), finding.place);
-    const double room = 1.0 - unknown_share(at == names.end() ? all : joints[at - names.begin()]);
-    finding.probability *= room;
-    for (Rival& rival : finding.rivals) rival.probability *= room;
-  }
-}
 
 /// Findings' own estimates, taken out of the fit's under their short names.
 void attach_parameters(Diagnosis& out) {
@@ -114,87 +54,6 @@ void note_dry_friction(Diagnosis& out) {
     for (const Estimate* e : sizes) sum += e->value;
     out.notes.push_back(fmt::format("{}: in steady sliding its dry friction is {:.3g} {} in all, of {} findings", joint,
                                     sum, sizes.front()->unit, sizes.size()));
-  }
-}
-
-/// Channels of unknown noise whose rest is anything but white: there colour alone says that something is left.
-std::vector<int> coloured_beyond_noise(const Eigen::VectorXd& rest, std::span<const ResidualBlock> blocks,
-                                       const std::vector<double>& noise, const std::vector<std::string>& said,
-                                       const Experiment& experiment) {
-  std::vector<int> out;
-  const std::vector<Autocorrelation> all = autocorrelations(rest, blocks);
-  for (const Autocorrelation& a : all) {
-    const std::size_t c = a.channel;
-    const std::string& joint = experiment.joint_names[experiment.channels[c].joint];
-    const bool known = noise[c] > 0.0 || std::find(said.begin(), said.end(), joint) != said.end();
-    if (!known && a.p_value * static_cast<double>(all.size()) < kColourError) out.push_back(a.channel);
-  }
-  return out;
-}
-
-/// Which joints' residual is still beyond the noise on recordings that were not fitted, and how much of it.
-void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& after, const FitContext& context) {
-  const Experiment& experiment = context.experiment;
-  std::vector<int> unseen = experiment.with_role(Role::validate);
-  if (unseen.empty()) unseen = experiment.with_role(Role::train);
-  Problem a = problem_of(before, context);
-  Problem b = problem_of(after, context, before.weights);
-  const Eigen::VectorXd r0 = a.residual(before.fit.point, unseen), r1 = b.residual(after.fit.point, unseen);
-  const auto blocks = a.layout(unseen);
-  const std::vector<double> noise = noise_over_weight(experiment, before.weights);
-  double floor = 0.0;
-  for (std::size_t c = 0; c < noise.size(); ++c) {
-    for (const ResidualBlock& block : blocks) {
-      if (block.channel == static_cast<int>(c) && noise[c] > 0.0)
-        floor += noise[c] * noise[c] * static_cast<double>(block.count);
-    }
-  }
-  const std::vector<Channel> channels = experiment.channels;
-  const auto say = [&](int channel) -> const std::string& {
-    const int j = channels[channel].joint;
-    const std::string& joint = experiment.joint_names[j];
-    std::vector<std::string>& where = out.unexplained.where;
-    if (std::ranges::find(where, joint) == where.end()) where.push_back(joint);  // of several channels once
-    return joint;
-  };
-  for (const ExcessNoise& excess : excess_over_noise(r1, blocks, noise)) say(excess.channel);
-  if (!out.unexplained.where.empty()) {
-    std::vector<int> joints;
-    for (const Channel& channel : channels) joints.push_back(channel.joint);
-    out.unexplained.times = misfits(r1, blocks, noise, joints, experiment);
-  }
-  for (const int c : coloured_beyond_noise(r1, blocks, noise, out.unexplained.where, experiment)) {
-    out.unexplained.regions.push_back(say(c) + ": the rest is not white; its noise level is unknown");
-  }
-  const double energy = std::max(r0.squaredNorm(), 1e-300), rest = std::max(0.0, r1.squaredNorm() - floor);
-  out.unexplained.share = rest / energy;
-  out.unexplained.present = !out.unexplained.where.empty();
-  const std::vector<JointEnergy> energies = explained_by_joint(r0, r1, blocks, noise, experiment);
-  out.unexplained.per_joint = rest_by_joint(energies, out.unexplained, experiment);
-  if (out.unexplained.present) leave_room(out, energies, experiment);
-  const bool claimed = std::any_of(out.findings.begin(), out.findings.end(),
-                                   [](const Finding& f) { return class_probability(f) > kMoreLikelyThanNot; });
-  const bool unknown = out.unexplained.present && (out.findings.empty() || !claimed);
-  out.verdict = unknown                ? Verdict::unknown_physics
-                : out.findings.empty() ? Verdict::consistent
-                                       : Verdict::missing_physics;
-}
-
-/// A rest on the test recordings that those which decide do not have: it changes no verdict, but is said.
-void note_test_rest(Diagnosis& out, const CurrentModel& after, const FitContext& context) {
-  const Experiment& experiment = context.experiment;
-  const std::vector<int> test = experiment.with_role(Role::test);
-  if (test.empty() || out.unexplained.present) return;
-  Problem problem = problem_of(after, context);
-  const std::vector<double> noise = noise_over_weight(experiment, after.weights);
-  const std::vector<Channel> channels = experiment.channels;
-  for (const ExcessNoise& excess :
-       excess_over_noise(problem.residual(after.fit.point, test), problem.layout(test), noise)) {
-    const int joint = channels[excess.channel].joint;
-    out.notes.push_back(fmt::format(
-        "{}: the test recordings leave {:.2g} times the noise (chance {:.1g}), the others no more than it: something "
-        "acts there that the recordings used do not show",
-        experiment.joint_names[joint], excess.ratio, excess.p_value));
   }
 }
 

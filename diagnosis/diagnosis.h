@@ -65,6 +65,7 @@ struct Finding {
   double heldout_gain = 0.0;         ///< log-likelihood gained on the validate recordings
   double heldout_error = 0.0;        ///< its standard error
   double heldout_share = 0.0;        ///< share of the validate residual energy removed
+  double explained = 1.0;            ///< its share in what would be missing at its place without it (unexplained.h)
   double stability = 0.0;            ///< share of block resamples in which it beats the best rival elsewhere
   std::optional<Separation> separation;  ///< where the class has several members
 };

@@ -79,6 +79,7 @@ Json evidence_of(const Finding& finding) {
   out["heldout_gain"] = finding.heldout_gain;
   out["heldout_gain_error"] = finding.heldout_error;
   out["heldout_share"] = finding.heldout_share;
+  out["explained_share"] = finding.explained;
   out["stability"] = finding.stability;
   return out;
 }

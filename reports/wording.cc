@@ -134,24 +134,49 @@ std::string probability_words(const Finding& finding) {
          fmt::format("; {} that it is this and not {}", probability(finding.probability), fmt::join(others, " or "));
 }
 
-std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
-  constexpr std::size_t kMany = 4;  // findings, from which they are listed by effect
-  const bool one = d.findings.size() == 1;
+/// And not less of what was missing than what stays unexplained.
+bool is_likely(const Finding& finding) { return class_probability(finding) > 0.5 && finding.explained > 0.5; }
+
+/// "Coulomb friction at joint_2 was left out"; each effect once, with all its places, where there are many.
+std::string left_out_words(const std::vector<Finding>& findings) {
+  constexpr std::size_t kMany = 4;
   std::vector<std::string> parts;
-  for (const Finding& finding : d.findings) parts.push_back(finding_words(finding));
-  std::string out =
-      (parts.size() < kMany ? list_of(parts) : by_effect(d.findings)) + (one ? " was left out" : " were left out");
+  for (const Finding& finding : findings) parts.push_back(finding_words(finding));
+  return (parts.size() < kMany ? list_of(parts) : by_effect(findings)) +
+         (findings.size() == 1 ? " was left out" : " were left out");
+}
+
+/// Beside others that are likely; "" where there are none.
+std::string less_sure_words(const std::vector<Finding>& findings) {
+  std::vector<std::string> parts;
+  for (const Finding& finding : findings)
+    parts.push_back(fmt::format("{} ({})", finding_words(finding), probability(class_probability(finding))));
+  if (parts.empty()) return {};
+  return fmt::format("; less sure {} {}, which explain{} less than what stays unexplained",
+                     parts.size() == 1 ? "is" : "are", list_of(parts), parts.size() == 1 ? "s" : "");
+}
+
+std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
+  std::vector<Finding> likely = d.findings;
+  const auto doubtful = std::ranges::stable_partition(likely, is_likely);
+  std::vector<Finding> doubted(doubtful.begin(), doubtful.end());
+  if (doubted.size() < d.findings.size()) likely.erase(doubtful.begin(), doubtful.end());
+  if (doubted.size() == d.findings.size()) doubted.clear();
+  const bool one = d.findings.size() == 1;
+  std::string out = left_out_words(likely);
   if (one) {
     const Finding& finding = d.findings.front();
     const std::string parameters = parameter_words(finding);
     out += " (" + probability_words(finding) + ")";
     if (!parameters.empty()) out += ": " + parameters;
   }
+  out += less_sure_words(doubted);
   const std::string joint = one && std::isfinite(entry_of(rms_in(d.after, judged_role(d.after)), d.findings[0].place))
                                 ? d.findings[0].place
                                 : "";
   const std::string better = improvement(scenario, d, joint, judged_role(d.after));
-  if (!better.empty()) out += fmt::format("; with {} {}", one ? "it" : "them", better);
+  if (!better.empty())
+    out += fmt::format("; with {} {}", one ? "it" : doubted.empty() ? "them" : "all of them", better);
   return out + ".";
 }
 
@@ -164,7 +189,7 @@ std::string unknown_sentence(const Diagnosis& d) {
     std::vector<std::string> parts;
     for (const Finding& finding : d.findings)
       parts.push_back(fmt::format("{} ({})", finding_words(finding), probability_words(finding)));
-    out += "; beside it " + list_of(parts) + (d.findings.size() == 1 ? " was left out" : " were left out");
+    out += "; beside it " + list_of(parts) + " may have been left out";
   }
   return out + ".";
 }

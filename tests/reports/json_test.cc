@@ -39,7 +39,8 @@ TEST(DiagnosisJson, FindingHoldsEveryKeyOfTheContract) {
   expect_keys(finding,
               {"effect", "where", "probability", "rivals", "class", "parameters", "evidence", "separating_experiment"});
   expect_keys(finding["rivals"][0], {"effect", "where", "probability"});
-  expect_keys(finding["evidence"], {"times", "regions", "p_value", "heldout_gain", "heldout_share", "stability"});
+  expect_keys(finding["evidence"],
+              {"times", "regions", "p_value", "heldout_gain", "heldout_share", "explained_share", "stability"});
   EXPECT_EQ(finding["where"], "joint_2");
   EXPECT_EQ(finding["class"], Json({"coulomb_friction", "stribeck_friction"}));
   EXPECT_EQ(finding["parameters"]["Fc"]["ci95"], Json::array({23.9, 25.5}));

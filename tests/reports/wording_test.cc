@@ -85,6 +85,19 @@ TEST(VerdictSentence, SeveralFindingsShareOneSentence) {
       << words;
 }
 
+TEST(VerdictSentence, WhatExplainsLessThanIsLeftIsSaidApart) {
+  Diagnosis d = sample::diagnosis();
+  d.findings.push_back(sample::finding());
+  d.findings[1].effect = "base_compliance", d.findings[1].place = "arm";
+  d.findings[1].members = {"base_compliance"}, d.findings[1].rivals.clear();
+  d.findings[1].probability = 0.76, d.findings[1].explained = 0.31;
+  std::swap(d.findings[0], d.findings[1]);
+  EXPECT_EQ(
+      verdict_sentence(Scenario{}, d),
+      "Coulomb friction at joint_2 was left out; less sure is Base compliance of the arm (0.76), which explains "
+      "less than what stays unexplained; with all of them the test residual falls from 2.92 to 1.02 times the noise.");
+}
+
 TEST(VerdictSentence, ConsistentSaysSo) {
   Diagnosis d = sample::diagnosis();
   d.verdict = Verdict::consistent;
