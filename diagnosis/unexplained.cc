@@ -248,8 +248,9 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
     out.unexplained.probability = unknown_share(energies);
     leave_room(out.findings, shares_explained_in_enough(out.findings, before, after, context));
   }
-  const bool claimed =
-      std::ranges::any_of(out.findings, [](const Finding& f) { return class_probability(f) > kMoreLikelyThanNot; });
+  const bool claimed = std::ranges::any_of(out.findings, [](const Finding& f) {
+    return class_probability(f) > kMoreLikelyThanNot && f.explained > kMostOfIt;
+  });
   out.verdict = out.unexplained.present && !claimed ? Verdict::unknown_physics
                 : out.findings.empty()              ? Verdict::consistent
                                                     : Verdict::missing_physics;
