@@ -1,5 +1,8 @@
 #include "diagnosis/coarse.h"
 
+#include "diagnosis/baseline.h"
+#include "diagnosis/thinned.h"
+
 namespace lacuna {
 namespace {
 
@@ -46,6 +49,13 @@ double coarse_enough(const CurrentModel& current, const FitContext& context) {
     out = step;
   }
   return out;
+}
+
+Enough::Enough(const CurrentModel& current, const FitContext& context)
+    : experiment_(thinned(context.experiment)), context_(context.on(experiment_)) {
+  const bool fewer = experiment_.segments.size() < context.experiment.segments.size();
+  context_.simulator.max_step = coarse_enough(fewer ? seen_in(current, context_) : current, context_);
+  all_ = !fewer && context_.simulator.max_step == context.simulator.max_step;
 }
 
 }  // namespace lacuna

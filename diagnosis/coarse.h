@@ -31,4 +31,20 @@ bool step_matters(const CurrentModel& current, const FitContext& context, double
 /// The longest step, doubled from the present one, that does not matter; s.
 double coarse_enough(const CurrentModel& current, const FitContext& context);
 
+/// As many windows of the recordings (thinned.h), and steps as long, as it takes to compare a model with others.
+class Enough {
+ public:
+  Enough(const CurrentModel& current, const FitContext& context);
+  Enough(const Enough&) = delete;  // the context is of this experiment
+  Enough& operator=(const Enough&) = delete;
+
+  const FitContext& context() const { return context_; }
+  bool is_all() const { return all_; }  ///< windows and steps are those of the context that it was made from
+
+ private:
+  Experiment experiment_;
+  FitContext context_;
+  bool all_ = true;
+};
+
 }  // namespace lacuna

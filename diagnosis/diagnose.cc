@@ -18,7 +18,6 @@
 #include "diagnosis/replay.h"
 #include "diagnosis/separate.h"
 #include "diagnosis/set_search.h"
-#include "diagnosis/thinned.h"
 #include "diagnosis/unexplained.h"
 #include "diagnosis/verify.h"
 #include "diagnosis/when.h"
@@ -97,12 +96,9 @@ LearnedLaws learn_in_enough(const CurrentModel& plain, const CurrentModel& curre
   const Experiment& experiment = context.experiment;
   if (std::holds_alternative<InverseDynamics>(experiment.prediction))  // cheap: all of it
     return learn_laws(plain, current, context);
-  const Experiment enough = thinned(experiment);
-  const bool fewer = enough.segments.size() < experiment.segments.size();
-  const FitContext in_enough = context.on(enough);
-  const CurrentModel start = fewer ? seen_in(current, in_enough) : current;
-  const FitContext here = in_enough.with_step(coarse_enough(start, in_enough));
-  if (!fewer && here.simulator.max_step == context.simulator.max_step) return learn_laws(plain, current, context);
+  const Enough enough(current, context);
+  if (enough.is_all()) return learn_laws(plain, current, context);
+  const FitContext& here = enough.context();
   LearnedLaws out = learn_laws(seen_in(plain, here), seen_in(current, here), here);
   if (!out.changes_nothing()) refit(out.model, context);
   if (out.changes_names()) refit(out.named, context);

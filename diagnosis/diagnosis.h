@@ -77,6 +77,9 @@ bool changes_the_model(const Diagnosis& diagnosis);
 /// That one of the finding's class stands at its place, whichever.
 double class_probability(const Finding& finding);
 
+/// Whether a finding explains more of what would be missing at its place without it than stays unexplained there.
+inline bool explains_most(const Finding& finding) { return finding.explained > 0.5; }
+
 /// A number of the diagnosed model that is another one in each recording (between_recordings.h).
 struct NumberByRecording {
   std::string joint;

@@ -12,7 +12,6 @@
 #include "diagnosis/coarse.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/hypothesis.h"
-#include "diagnosis/thinned.h"
 #include "diagnosis/when.h"
 
 namespace lacuna {
@@ -20,7 +19,6 @@ namespace {
 
 constexpr double kColourError = 1e-3;       ///< of one joint called coloured whose rest is white
 constexpr double kMoreLikelyThanNot = 0.5;  ///< of a class, for the verdict to rest on it
-constexpr double kMostOfIt = 0.5;           ///< of what would be missing at its place, for the verdict to rest on it
 constexpr double kOddsOfNoShare = 1.3;      ///< that a finding is there whose share is next to none
 constexpr double kStandInsFall = 2.1;       ///< power of 1 - share with which stand-ins become rarer
 constexpr int kFewIterations = 4;           ///< of a set that one finding was taken out of: energies alone are compared
@@ -113,17 +111,17 @@ struct TakenOut {
   std::optional<Hypothesis> without;
 };
 
-/// [effect]: the share of a finding of `place` in what would be missing there without it, the largest while the place's
-/// findings are taken out one after the other, first the one that is missed least. `full`: settled in `sets`.
-std::map<std::string, double> shares_at(const std::string& place, std::vector<std::string> effects,
-                                        const Hypothesis& full, const Hypotheses& sets,
-                                        const std::vector<double>& weights) {
+using Shares = std::map<NamedPlace, double>;  ///< of findings, each in what would be missing at its place without it
+
+/// Of the findings of a place, the largest while they are taken out one after the other, first the one that is missed
+/// least. `full`: settled in `sets`.
+void add_shares_at(const std::string& place, std::vector<std::string> effects, const Hypothesis& full,
+                   const Hypotheses& sets, const std::vector<double>& weights, Shares& out) {
   const Experiment& experiment = sets.context().experiment;
   const std::vector<int> unseen = steering(experiment);
   const auto left = [&](const Hypothesis& set) {
     return at_place(excess_by_joint(set.model, weights, unseen, sets.context()), place, experiment);
   };
-  std::map<std::string, double> out;
   const double rest = left(full);
   double now = rest;
   Hypothesis standing = full;
@@ -133,43 +131,30 @@ std::map<std::string, double> shares_at(const std::string& place, std::vector<st
       TakenOut loss{effect, HUGE_VAL, sets.changed(standing, {{}, {}, {{effect, place}}, {}, {}}, kFewIterations)};
       if (loss.without) loss.left = left(*loss.without);
       const double removed = std::max(0.0, loss.left - now);
-      out[effect] = std::max(out[effect], std::isfinite(removed) ? removed / (removed + rest) : 1.0);
+      double& share = out[{effect, place}];
+      share = std::max(share, std::isfinite(removed) ? removed / (removed + rest) : 1.0);
       if (loss.left < least.left) least = std::move(loss);
     }
     if (!least.without) break;  // none of these can be missed
     now = least.left, standing = std::move(*least.without);
     std::erase(effects, least.effect);
   }
-  return out;
 }
 
-/// [finding]: its share in what would be missing at its place without it. `after`: evaluated in `context`.
-std::vector<double> shares_explained(const std::vector<Finding>& findings, const CurrentModel& before,
-                                     const CurrentModel& after, const FitContext& context) {
-  Hypotheses sets(before, context);
-  const Hypothesis full{effects_beyond(before.model, after), after};
+/// Those beside a rest whose size is known.
+Shares shares_explained(const std::vector<Finding>& findings, const CurrentModel& before, const CurrentModel& after,
+                        const FitContext& context) {
+  const Enough enough(after, context);
+  const FitContext& here = enough.context();
+  const CurrentModel plain = seen_in(before, here);
+  const Hypothesis full{effects_beyond(before.model, after), seen_in(after, here)};
+  Hypotheses sets(plain, here);
   sets.settle(full);
   std::map<std::string, std::vector<std::string>> at;
   for (const Finding& finding : findings) at[finding.place].push_back(finding.effect);
-  std::map<std::string, std::map<std::string, double>> shares;
-  for (const auto& [place, effects] : at) shares[place] = shares_at(place, effects, full, sets, before.weights);
-  std::vector<double> out;
-  for (const Finding& finding : findings) {
-    const auto& here = shares[finding.place];
-    const auto share = here.find(finding.effect);
-    out.push_back(share == here.end() ? 1.0 : share->second);
-  }
+  Shares out;
+  for (const auto& [place, effects] : at) add_shares_at(place, effects, full, sets, plain.weights, out);
   return out;
-}
-
-/// In as many windows, and at steps as long, as comparisons need.
-std::vector<double> shares_explained_in_enough(const std::vector<Finding>& findings, const CurrentModel& before,
-                                               const CurrentModel& after, const FitContext& context) {
-  const Experiment enough = thinned(context.experiment);
-  const FitContext in_enough = context.on(enough);
-  const CurrentModel seen = seen_in(after, in_enough);
-  const FitContext here = in_enough.with_step(coarse_enough(seen, in_enough));
-  return shares_explained(findings, seen_in(before, here), seen_in(after, here), here);
 }
 
 /// That a finding of that share is there, and not what explains the rest in its place.
@@ -177,12 +162,14 @@ double chance_of_being_there(double share) {
   return 1.0 / (1.0 + std::pow(std::max(0.0, 1.0 - share), kStandInsFall) / kOddsOfNoShare);
 }
 
-void leave_room(std::vector<Finding>& findings, const std::vector<double>& shares) {
-  for (std::size_t k = 0; k < findings.size(); ++k) {
-    Finding& finding = findings[k];
-    finding.explained = shares[k];
-    finding.probability *= chance_of_being_there(shares[k]);
-    for (Rival& rival : finding.rivals) rival.probability *= chance_of_being_there(shares[k]);
+void leave_room(std::vector<Finding>& findings, const Shares& shares) {
+  for (Finding& finding : findings) {
+    const auto share = shares.find({finding.effect, finding.place});
+    if (share == shares.end()) continue;
+    finding.explained = share->second;
+    const double chance = chance_of_being_there(share->second);
+    finding.probability *= chance;
+    for (Rival& rival : finding.rivals) rival.probability *= chance;
   }
 }
 
@@ -246,11 +233,10 @@ void judge_rest(Diagnosis& out, const CurrentModel& before, const CurrentModel& 
   out.unexplained.per_joint = rest_by_joint(energies, out.unexplained, experiment);
   if (out.unexplained.present) {
     out.unexplained.probability = unknown_share(energies);
-    leave_room(out.findings, shares_explained_in_enough(out.findings, before, after, context));
+    leave_room(out.findings, shares_explained(out.findings, before, after, context));
   }
-  const bool claimed = std::ranges::any_of(out.findings, [](const Finding& f) {
-    return class_probability(f) > kMoreLikelyThanNot && f.explained > kMostOfIt;
-  });
+  const bool claimed = std::ranges::any_of(
+      out.findings, [](const Finding& f) { return class_probability(f) > kMoreLikelyThanNot && explains_most(f); });
   out.verdict = out.unexplained.present && !claimed ? Verdict::unknown_physics
                 : out.findings.empty()              ? Verdict::consistent
                                                     : Verdict::missing_physics;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "physics/catalogue.h"
 #include "physics/units.h"
@@ -134,9 +135,6 @@ std::string probability_words(const Finding& finding) {
          fmt::format("; {} that it is this and not {}", probability(finding.probability), fmt::join(others, " or "));
 }
 
-/// And not less of what was missing than what stays unexplained.
-bool is_likely(const Finding& finding) { return class_probability(finding) > 0.5 && finding.explained > 0.5; }
-
 /// "Coulomb friction at joint_2 was left out"; each effect once, with all its places, where there are many.
 std::string left_out_words(const std::vector<Finding>& findings) {
   constexpr std::size_t kMany = 4;
@@ -146,7 +144,7 @@ std::string left_out_words(const std::vector<Finding>& findings) {
          (findings.size() == 1 ? " was left out" : " were left out");
 }
 
-/// Beside others that are likely; "" where there are none.
+/// Those that explain less than what stays unexplained; "" where there are none.
 std::string less_sure_words(const std::vector<Finding>& findings) {
   std::vector<std::string> parts;
   for (const Finding& finding : findings)
@@ -157,11 +155,8 @@ std::string less_sure_words(const std::vector<Finding>& findings) {
 }
 
 std::string found_sentence(const Scenario& scenario, const Diagnosis& d) {
-  std::vector<Finding> likely = d.findings;
-  const auto doubtful = std::ranges::stable_partition(likely, is_likely);
-  std::vector<Finding> doubted(doubtful.begin(), doubtful.end());
-  if (doubted.size() < d.findings.size()) likely.erase(doubtful.begin(), doubtful.end());
-  if (doubted.size() == d.findings.size()) doubted.clear();
+  std::vector<Finding> likely, doubted;
+  std::ranges::partition_copy(d.findings, std::back_inserter(likely), std::back_inserter(doubted), explains_most);
   const bool one = d.findings.size() == 1;
   std::string out = left_out_words(likely);
   if (one) {

@@ -146,6 +146,7 @@ TEST(Diagnosis, SaysHowMuchStaysUnexplained) {
   ASSERT_TRUE(d.unexplained.present);
   EXPECT_GT(d.unexplained.probability, 0.0);
   EXPECT_LT(d.unexplained.probability, 0.5) << "the deadband is most of what was missing";
+  // One finding is all that was removed. Its share is found at the step and by the few iterations of a comparison.
   EXPECT_NEAR(d.findings[0].explained, 1.0 - d.unexplained.probability, 0.02);
   EXPECT_EQ(diagnose(concealed_deadband(), small()).unexplained.probability, 0.0);
 }
